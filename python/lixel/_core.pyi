@@ -1,0 +1,109 @@
+"""The compiled core: arrays in, arrays out. Use the names in `lixel`, which wrap these."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+
+class DeviceError(RuntimeError):
+    """The machine cannot do it: no adapter, a missing feature, a limit, a lost device."""
+
+@final
+class Scene:
+    """Triangles in world space, validated once; every triangle casts and receives from both sides.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float
+        Corner positions in world units, right-handed. float64 keeps its precision.
+    faces : (m, 3) int
+        Rows index `vertices`.
+
+    Raises
+    ------
+    ValueError
+        A wrong shape, no triangle, a vertex that is not finite, an index out of range; the message
+        names the argument, the rule and the row.
+    TypeError
+        An array of the wrong kind.
+    """
+
+    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Scene: ...
+    @property
+    def vertices(self) -> npt.NDArray[np.float64]:
+        """(n, 3) float64: a copy of the corner positions."""
+    @property
+    def faces(self) -> npt.NDArray[np.uint32]:
+        """(m, 3) uint32: a copy of the triangles."""
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) float64: least and greatest corner of the box around all triangles."""
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def degenerate_count(self) -> int:
+        """How many triangles have zero area; they neither cast nor receive."""
+    def update_vertices(self, vertices: npt.ArrayLike) -> None:
+        """Move the vertices, (n, 3) float, in their old order; the triangles stay."""
+
+@final
+class Camera:
+    """A validated pinhole camera. `focal` and `centre` are (x, y) in pixels, `size` is (width, height),
+    `depth_range` is (znear, zfar). `pose` is camera-to-world, (4, 4), looking along its -Z."""
+
+    def __new__(
+        cls,
+        pose: npt.ArrayLike,
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        size: tuple[int, int],
+        depth_range: tuple[float, float],
+    ) -> Camera: ...
+
+@final
+class Light:
+    """A validated light."""
+
+    @staticmethod
+    def directional(direction: npt.ArrayLike) -> Light:
+        """`direction` (3,) points from the light towards the scene, any length but zero."""
+
+def methods() -> list[dict[str, Any]]:
+    """The one list of methods: for each `name`, `title`, `citation` and `parameters` (name to default)."""
+
+def render(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: str,
+    parameters: Mapping[str, Any],
+    outputs: Sequence[str],
+) -> dict[str, Any]:
+    """Render on the GPU and read back what `outputs` names.
+
+    Outputs: `visibility` (H, W) float32; `triangle_id` (H, W) int32, -1 where no surface;
+    `shadow_map` (layers, h, w) float32, depth in [0, 1], 1 where empty; `light_matrix`
+    (layers, 4, 4) float64, (column, row, depth, w) in texels from world;
+    `aliasing_error` (H, W) float32; `max_effective_resolution` (width, height) floats.
+    Always there: `timings` (dict, ms), `stats` (dict), `adapter` (dict).
+    """
+
+def surface(
+    scene: Scene, camera: Camera, triangle_id: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+    """Position (H, W, 3) float64, normal towards the camera (H, W, 3) float32 and depth along the
+    viewing direction (H, W) float64 where each pixel's centre ray meets its triangle's plane;
+    NaN where no surface."""
+
+def reference(scene: Scene, camera: Camera, light: Light) -> dict[str, Any]:
+    """The truth, float64 on the CPU: `visibility` (H, W) float32 (1 lit, 0 in shadow, NaN no
+    surface), `tie` (H, W) bool, `triangle_id` (H, W) int32, `triangle_tie` (H, W) bool."""
+
+def adapters() -> list[dict[str, Any]]:
+    """Every adapter: name, type, backend, driver, features, limits. Empty where there is none."""
+
+def device() -> dict[str, Any]:
+    """The adapter in use, its limits and the optional features used. Raises DeviceError."""

@@ -1,0 +1,25 @@
+//! What can go wrong, one variant for each kind of fault.
+
+/// An error of lixel. The message is one sentence that names the argument, the rule and the value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The caller's fault: an argument breaks a rule. Python sees a `ValueError`.
+    #[error("{0}")]
+    Value(String),
+    /// The machine's fault: no adapter, a missing feature, a limit, a lost device. Python sees a
+    /// `lixel.DeviceError`.
+    #[error("{0}")]
+    Device(String),
+}
+
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// `return Err(Error::Value(format!(...)))` unless the condition holds.
+macro_rules! ensure_value {
+    ($condition:expr, $($message:tt)+) => {
+        if !$condition {
+            return Err($crate::error::Error::Value(format!($($message)+)));
+        }
+    };
+}
+pub(crate) use ensure_value;

@@ -1,0 +1,15 @@
+//! lixel renders hard shadows with research shadow-map methods on the GPU.
+//!
+//! Three storeys, each knowing nothing of the one above:
+//!
+//! * **maths** (`scene`, `camera`, `light`, `reference`): float64 on the CPU.
+//! * **gpu** and **passes**, with `shaders/`: device, recording, timers; one pass is one file, one
+//!   shader, one label and one timer key.
+//! * **methods**: one method, one paper, one file.
+//!
+//! `python` is the door: the only file that names pyo3.
+
+pub mod camera;
+pub mod error;
+pub mod light;
+pub mod scene;

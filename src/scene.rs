@@ -1,0 +1,202 @@
+//! The scene: triangles in the world, validated once, in float64.
+
+use crate::error::{Result, ensure_value};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Triangles in world space. Every triangle casts and receives, from both sides.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    derived: Derived,
+    generation: u64,
+}
+
+/// What follows from the vertices, computed anew when they move.
+#[derive(Debug, Clone)]
+struct Derived {
+    /// Unit normals by the right-hand rule, rounded from float64; zero where the area is zero.
+    unit_normals: Vec<Vec3>,
+    bounds: (DVec3, DVec3),
+    degenerate_count: usize,
+}
+
+impl Scene {
+    /// Checks that every vertex is finite and every index in range. Triangles of zero area are
+    /// allowed: they are counted, and neither cast nor receive.
+    pub fn new(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Self> {
+        ensure_value!(
+            !triangles.is_empty(),
+            "faces must have at least one triangle, got none"
+        );
+        // A triangle index shares 32 bits with the marker "no triangle".
+        ensure_value!(
+            triangles.len() < u32::MAX as usize,
+            "faces must have fewer than {} triangles, got {}",
+            u32::MAX,
+            triangles.len()
+        );
+        let count = vertices.len();
+        if let Some(row) = triangles
+            .par_iter()
+            .position_first(|t| t.iter().any(|&i| i as usize >= count))
+        {
+            ensure_value!(
+                false,
+                "faces must index vertices: row {row} is {:?} but there are {count} vertices",
+                triangles[row]
+            );
+        }
+        let derived = Derived::new(&vertices, &triangles)?;
+        Ok(Self {
+            vertices,
+            triangles,
+            derived,
+            generation: 0,
+        })
+    }
+
+    /// Moves the vertices; the triangles stay.
+    pub fn update_vertices(&mut self, vertices: Vec<DVec3>) -> Result<()> {
+        ensure_value!(
+            vertices.len() == self.vertices.len(),
+            "vertices must keep their number, {}, when updated, got {}",
+            self.vertices.len(),
+            vertices.len()
+        );
+        self.derived = Derived::new(&vertices, &self.triangles)?;
+        self.vertices = vertices;
+        self.generation += 1;
+        Ok(())
+    }
+
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Unit normals by the right-hand rule, one for each triangle; zero where the area is zero.
+    pub fn unit_normals(&self) -> &[Vec3] {
+        &self.derived.unit_normals
+    }
+
+    /// Least and greatest corner of the box around all vertices that a triangle uses.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.derived.bounds
+    }
+
+    /// How many triangles have zero area in float64 and are ignored.
+    pub fn degenerate_count(&self) -> usize {
+        self.derived.degenerate_count
+    }
+
+    /// Counts the calls of `update_vertices`.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// The three corners of a triangle.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.vertices[i as usize])
+    }
+}
+
+impl Derived {
+    fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self> {
+        if let Some(row) = vertices.par_iter().position_first(|v| !v.is_finite()) {
+            ensure_value!(
+                false,
+                "vertices must be finite: row {row} is {:?}",
+                vertices[row].to_array()
+            );
+        }
+        // Squares of lengths must stay finite, or products of them turn into infinities.
+        let largest = vertices
+            .par_iter()
+            .map(|v| v.abs().max_element())
+            .reduce(|| 0.0, f64::max);
+        ensure_value!(
+            largest < 1e30,
+            "vertices must be smaller than 1e30 in every coordinate, got {largest:e}"
+        );
+        let unit_normals: Vec<Vec3> = triangles
+            .par_iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|i| vertices[i as usize]);
+                unit_normal(a, b, c).as_vec3()
+            })
+            .collect();
+        let bounds = triangles
+            .par_iter()
+            .fold(empty_bounds, |bounds, t| {
+                t.iter().fold(bounds, |(low, high), &i| {
+                    let v = vertices[i as usize];
+                    (low.min(v), high.max(v))
+                })
+            })
+            .reduce(empty_bounds, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let degenerate_count = unit_normals.par_iter().filter(|n| **n == Vec3::ZERO).count();
+        Ok(Self {
+            unit_normals,
+            bounds,
+            degenerate_count,
+        })
+    }
+}
+
+fn empty_bounds() -> (DVec3, DVec3) {
+    (DVec3::INFINITY, DVec3::NEG_INFINITY)
+}
+
+/// Unit normal by the right-hand rule, zero where the area is zero.
+pub fn unit_normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
+    // The two shortest edges give the least rounding; scaled, so that no square underflows.
+    let edges = [b - a, c - b, a - c];
+    let longest = (0..3)
+        .max_by(|&i, &j| edges[i].length_squared().total_cmp(&edges[j].length_squared()))
+        .expect("three edges");
+    let (first, second) = (edges[(longest + 1) % 3], edges[(longest + 2) % 3]);
+    let scale = |e: DVec3| {
+        let largest = e.abs().max_element();
+        if largest > 0.0 { e / largest } else { e }
+    };
+    scale(first).cross(scale(second)).normalize_or_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        (vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]])
+    }
+
+    #[test]
+    fn normals_follow_the_right_hand_rule_at_any_scale() {
+        for scale in [1e-200, 1.0, 1e25] {
+            let n = unit_normal(DVec3::ZERO, DVec3::X * scale, DVec3::Y * scale);
+            assert!((n - DVec3::Z).length() < 1e-15, "{scale}: {n}");
+        }
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let (mut vertices, triangles) = triangle();
+        let message = |r: Result<Scene>| r.unwrap_err().to_string();
+        assert!(message(Scene::new(vertices.clone(), vec![])).contains("at least one triangle"));
+        assert!(message(Scene::new(vertices.clone(), vec![[0, 1, 7]])).contains("row 0"));
+        vertices[2].y = f64::NAN;
+        assert!(message(Scene::new(vertices, triangles)).contains("row 2"));
+    }
+
+    #[test]
+    fn degenerate_triangles_are_counted() {
+        let (vertices, _) = triangle();
+        let scene = Scene::new(vertices, vec![[0, 1, 2], [0, 1, 1]]).unwrap();
+        assert_eq!(scene.degenerate_count(), 1);
+    }
+}
