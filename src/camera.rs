@@ -110,7 +110,13 @@ mod tests {
     use super::*;
 
     fn camera(pose: DMat4, size: (u32, u32)) -> Result<Camera> {
-        Camera::new(pose, DVec2::splat(100.0), DVec2::new(8.0, 4.0), size, (0.1, f64::INFINITY))
+        Camera::new(
+            pose,
+            DVec2::splat(100.0),
+            DVec2::new(8.0, 4.0),
+            size,
+            (0.1, f64::INFINITY),
+        )
     }
 
     #[test]
@@ -126,7 +132,11 @@ mod tests {
         let scaled = DMat4::from_scale(DVec3::splat(2.0));
         for (pose, size, rule) in [
             (scaled, (16, 8), "rotation"),
-            (DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)), (16, 8), "mirror"),
+            (
+                DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)),
+                (16, 8),
+                "mirror",
+            ),
             (DMat4::NAN, (16, 8), "finite"),
             (DMat4::IDENTITY, (0, 8), "at least 1 x 1"),
         ] {

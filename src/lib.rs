@@ -9,7 +9,16 @@
 //!
 //! `python` is the door: the only file that names pyo3.
 
+pub mod aliasing;
+pub mod bvh;
 pub mod camera;
 pub mod error;
+pub mod gpu;
 pub mod light;
+pub mod methods;
+pub mod passes;
+pub mod projection;
+mod python;
+pub mod reference;
+pub mod render;
 pub mod scene;

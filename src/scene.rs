@@ -139,7 +139,10 @@ impl Derived {
                 })
             })
             .reduce(empty_bounds, |a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let degenerate_count = unit_normals.par_iter().filter(|n| **n == Vec3::ZERO).count();
+        let degenerate_count = unit_normals
+            .par_iter()
+            .filter(|n| **n == Vec3::ZERO)
+            .count();
         Ok(Self {
             unit_normals,
             bounds,
@@ -157,7 +160,11 @@ pub fn unit_normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     // The two shortest edges give the least rounding; scaled, so that no square underflows.
     let edges = [b - a, c - b, a - c];
     let longest = (0..3)
-        .max_by(|&i, &j| edges[i].length_squared().total_cmp(&edges[j].length_squared()))
+        .max_by(|&i, &j| {
+            edges[i]
+                .length_squared()
+                .total_cmp(&edges[j].length_squared())
+        })
         .expect("three edges");
     let (first, second) = (edges[(longest + 1) % 3], edges[(longest + 2) % 3]);
     let scale = |e: DVec3| {

@@ -1,0 +1,192 @@
+//! The search: which triangles may a ray meet?
+//!
+//! A binary bounding volume hierarchy, built by `obvhs` (parallel locally ordered clustering,
+//! Meister and Bittner 2018, with reinsertion) and walked by the short loop below. It never decides
+//! whether a triangle is hit: it hands every triangle near the ray to the caller, who tests in
+//! float64. So the boxes may be float32, as long as no triangle is missed.
+//!
+//! They are kept relative to the centre of the scene and scaled to [-1, 1], which makes all float32
+//! errors of the walk one constant, whatever the scene's size and place; each box is grown by it and
+//! by the caller's margin (after Ize, "Robust BVH ray traversal", 2013).
+
+use crate::scene::Scene;
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2, bvh2::node::Bvh2Node};
+use rayon::prelude::*;
+use std::{ops::ControlFlow, time::Duration};
+
+/// A piece of a ray, thick by a margin: all triangles within the margin of it are asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct ThickRay {
+    pub origin: DVec3,
+    /// Unit length.
+    pub direction: DVec3,
+    /// Distances from the origin between which triangles count; the end may be infinite.
+    pub start: f64,
+    pub end: f64,
+    pub margin: f64,
+}
+
+/// Something that finds the triangles near a ray.
+pub trait Search: Sync {
+    /// At least the distance from the point to the farthest corner of any triangle.
+    fn farthest(&self, point: DVec3) -> f64;
+
+    /// Calls `visit` with every triangle of non-zero area near the ray, and perhaps with others,
+    /// each once. `visit` returns the distance beyond which it needs no more, or breaks.
+    fn visit(&self, ray: ThickRay, visit: impl FnMut(u32) -> ControlFlow<(), f64>);
+}
+
+/// The hierarchy over the triangles of one scene, at one time.
+pub struct Bvh {
+    nodes: Vec<Bvh2Node>,
+    /// Triangle indices; a leaf holds a range of them.
+    triangles: Vec<u32>,
+    centre: DVec3,
+    /// Half the longest side of the scene's box: box coordinates are (world - centre) / half_size.
+    half_size: f64,
+}
+
+/// Covers the float32 errors of the walk: all numbers that matter are below 4 and go through a
+/// handful of roundings of 2^-24 each.
+const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
+
+impl Bvh {
+    pub fn new(scene: &Scene) -> Self {
+        let (low, high) = scene.bounds();
+        let centre = low + 0.5 * (high - low);
+        let half_size = (0.5 * (high - low).max_element()).max(f64::MIN_POSITIVE);
+        let triangles: Vec<u32> = (0..scene.triangles().len() as u32)
+            .filter(|&t| scene.unit_normals()[t as usize] != Vec3::ZERO)
+            .collect();
+        let boxes: Vec<Aabb> = triangles
+            .par_iter()
+            .map(|&t| {
+                let [a, b, c] = scene.corners(t).map(|v| (v - centre) / half_size);
+                // The conversion rounds by at most half a step.
+                let down = |v: DVec3| v.as_vec3().to_array().map(f32::next_down);
+                let up = |v: DVec3| v.as_vec3().to_array().map(f32::next_up);
+                Aabb::new(
+                    Vec3A::from(down(a.min(b).min(c))),
+                    Vec3A::from(up(a.max(b).max(c))),
+                )
+            })
+            .collect();
+        if boxes.is_empty() {
+            return Self {
+                nodes: vec![],
+                triangles,
+                centre,
+                half_size,
+            };
+        }
+        let built = build_bvh2(
+            &boxes,
+            BvhBuildParams::medium_build(),
+            &mut Duration::default(),
+        );
+        Self {
+            nodes: built.nodes,
+            triangles: built
+                .primitive_indices
+                .iter()
+                .map(|&i| triangles[i as usize])
+                .collect(),
+            centre,
+            half_size,
+        }
+    }
+}
+
+impl Search for Bvh {
+    fn farthest(&self, point: DVec3) -> f64 {
+        point.distance(self.centre) + 3_f64.sqrt() * self.half_size
+    }
+
+    fn visit(&self, ray: ThickRay, mut visit: impl FnMut(u32) -> ControlFlow<(), f64>) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        // Start where the ray enters the sphere of radius 2 around the scene's box or nearer, so
+        // that an eye far away costs no precision.
+        let origin = (ray.origin - self.centre) / self.half_size;
+        let margin = ray.margin / self.half_size;
+        let skipped = (-origin.dot(ray.direction) - 2.0 - margin).max(ray.start / self.half_size);
+        let start = (origin + skipped * ray.direction).as_vec3a();
+        let reach = |end: f64| {
+            let reach = end / self.half_size - skipped + margin;
+            reach as f32 * (1.0 + WALK_MARGIN) + WALK_MARGIN
+        };
+        let mut end = reach(ray.end);
+        if end < 0.0 {
+            return;
+        }
+
+        // A component that is zero would give 0 * infinity on the side of a box. One this small
+        // gives finite numbers and moves the ray by nothing.
+        let component = |d: f64| {
+            if d.abs() < 1e-20 {
+                1e20_f32
+            } else {
+                1.0 / d as f32
+            }
+        };
+        let inverse = Vec3A::from(ray.direction.to_array().map(component));
+        let grown = Vec3A::splat(margin as f32 * (1.0 + WALK_MARGIN) + WALK_MARGIN);
+        let (from_min, from_max) = (start + grown, start - grown);
+        let entry = |node: &Bvh2Node, end: f32| {
+            let a = (node.aabb.min - from_min) * inverse;
+            let b = (node.aabb.max - from_max) * inverse;
+            let enter = a.min(b).max_element().max(0.0);
+            let leave = a.max(b).min_element().min(end);
+            if enter <= leave { enter } else { f32::INFINITY }
+        };
+
+        let mut stack: Vec<(u32, f32)> = Vec::with_capacity(64);
+        let enter = entry(&self.nodes[0], end);
+        if enter == f32::INFINITY {
+            return;
+        }
+        stack.push((0, enter));
+        while let Some((index, enter)) = stack.pop() {
+            if enter > end {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            let first = node.first_index as usize;
+            if node.prim_count > 0 {
+                for &triangle in &self.triangles[first..first + node.prim_count as usize] {
+                    match visit(triangle) {
+                        ControlFlow::Continue(needed) => end = end.min(reach(needed)),
+                        ControlFlow::Break(()) => return,
+                    }
+                }
+                continue;
+            }
+            // The nearer child first: it goes on the stack last.
+            let mut children =
+                [first, first + 1].map(|child| (child as u32, entry(&self.nodes[child], end)));
+            if children[0].1 < children[1].1 {
+                children.swap(0, 1);
+            }
+            stack.extend(children.iter().filter(|child| child.1 < f32::INFINITY));
+        }
+    }
+}
+
+/// No search at all: every triangle, for settling disputes.
+pub struct Everything<'a>(pub &'a Scene);
+
+impl Search for Everything<'_> {
+    fn farthest(&self, _point: DVec3) -> f64 {
+        0.0
+    }
+
+    fn visit(&self, _ray: ThickRay, mut visit: impl FnMut(u32) -> ControlFlow<(), f64>) {
+        for (triangle, normal) in self.0.unit_normals().iter().enumerate() {
+            if *normal != Vec3::ZERO && visit(triangle as u32).is_break() {
+                return;
+            }
+        }
+    }
+}

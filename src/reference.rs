@@ -1,0 +1,962 @@
+//! The truth: hard shadows by ray casting in float64, on the CPU.
+//!
+//! A ray goes through the centre of each pixel to the first triangle it meets; where it meets the
+//! triangle's plane is the receiver. A ray goes from the receiver towards the light; the receiver is
+//! in shadow if any other triangle is met, or if it faces away from the light. A triangle never
+//! shadows itself. Both sides of a triangle are hit.
+//!
+//! **Watertight.** The corners are projected along the ray onto the plane across it, and the ray is
+//! inside the triangle if it is on the same side of the three edges (Woop, Benthin and Wald,
+//! "Watertight ray/triangle intersection", JCGT 2013). Two triangles that share an edge compute the
+//! very same number for it but for the sign, and a ray on the edge counts as inside both, so no ray
+//! slips between them.
+//!
+//! **Ties.** Programs that work in float32 are judged by this reference, and where the answer turns
+//! within the rounding of their input nobody can say who is right. So a ray is tested against
+//! triangles whose corners are only known to within [`ROUNDING`] times their distance: a triangle is
+//! *definitely* hit, *possibly* hit or missed. The margin of a point on a triangle is what the
+//! corners' margins make of it (weighted as the point is), so that a floor of two huge triangles is
+//! neither trusted too much at its far end nor too little at one's feet. The receiver has a margin
+//! too, which grows as the camera's ray becomes oblique to its triangle.
+//!
+//! Not every possible hit is a tie. An edge inside a mesh is met definitely if every ray around it
+//! meets a triangle there; a first hit that is a tie has a shadow that is none if all triangles in
+//! question agree; and neighbours on a flat or convex surface do not shadow each other's rim.
+//!
+//! Margins are those of float32 coordinates relative to the eye: seen from a thousand times the
+//! scene's size they are a two-thousandth of it, and the search, which must find all triangles within
+//! them, becomes slow. A rasterizer that snaps corners to 1/256 of a pixel errs by more.
+//!
+//! **Far from the origin.** All coordinates are relative to the eye, or to the receiver, before
+//! anything is multiplied.
+
+use crate::bvh::{Search, ThickRay};
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::scene::{Scene, unit_normal};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// Relative rounding error granted to float32 programs: eight times the largest error, 2^-24, of
+/// rounding one number. A coordinate is rounded, then goes through two or three more operations.
+pub const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
+
+/// What float64 rounds of what float32 is granted, generously: 2^-45 of the distances.
+const FLOAT64_SHARE: f64 = 1.0 / (1 << 24) as f64;
+
+/// The truth for every pixel, rows from the top.
+#[derive(Debug, Clone, Default)]
+pub struct Reference {
+    /// First triangle on the pixel's ray, -1 where there is none.
+    pub triangle_id: Vec<i32>,
+    /// Whether another triangle, or none, may be the first within rounding.
+    pub triangle_tie: Vec<bool>,
+    /// 1 lit, 0 in shadow, NaN where there is no surface.
+    pub visibility: Vec<f32>,
+    /// Whether the visibility may be another one within rounding.
+    pub tie: Vec<bool>,
+}
+
+/// What is seen and what is lit, for every pixel.
+pub fn reference(scene: &Scene, search: &impl Search, camera: &Camera, light: &Light) -> Reference {
+    let pixels = (0..camera.pixel_count()).into_par_iter();
+    collect(pixels.map(|pixel| answer_pixel(scene, search, camera, light, pixel)))
+}
+
+/// The same for some pixels, each given as row * width + column. With
+/// [`Everything`](crate::bvh::Everything) as the search it is brute force.
+///
+/// # Panics
+/// If a pixel is not in the image.
+pub fn reference_of_pixels(
+    scene: &Scene,
+    search: &impl Search,
+    camera: &Camera,
+    light: &Light,
+    pixels: &[usize],
+) -> Reference {
+    let pixels = pixels.par_iter();
+    collect(pixels.map(|&pixel| answer_pixel(scene, search, camera, light, pixel)))
+}
+
+/// The first triangle on every pixel's ray, -1 for none, and whether it is a tie.
+pub fn first_hits(scene: &Scene, search: &impl Search, camera: &Camera) -> (Vec<i32>, Vec<bool>) {
+    (0..camera.pixel_count())
+        .into_par_iter()
+        .map(|pixel| {
+            let first = first_triangles(scene, search, camera, pixel);
+            (first.triangle_id(), first.is_tie())
+        })
+        .unzip()
+}
+
+/// Where the ray of each pixel meets the plane of its triangle: positions in world space, unit
+/// normals on the camera's side, depths along the camera's forward axis. NaN where there is none.
+///
+/// # Panics
+/// If there is not one triangle for each pixel, or one is not in the scene.
+pub fn surface(
+    scene: &Scene,
+    camera: &Camera,
+    triangle_id: &[i32],
+) -> (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<f64>) {
+    assert_eq!(triangle_id.len(), camera.pixel_count());
+    let points = triangle_id.par_iter().enumerate().map(|(pixel, &id)| {
+        if id < 0 {
+            return ([f64::NAN; 3], ([f32::NAN; 3], f64::NAN));
+        }
+        let ray = camera_ray(camera, pixel);
+        let receiver = Receiver::new(scene, camera, &ray, id as u32, (f64::MIN, f64::MAX));
+        (
+            (camera.eye + receiver.point).to_array(),
+            (
+                receiver.normal.as_vec3().to_array(),
+                receiver.point.dot(camera.forward),
+            ),
+        )
+    });
+    let (positions, (normals, depths)) = points.unzip();
+    (positions, normals, depths)
+}
+
+fn collect(answers: impl ParallelIterator<Item = Answer>) -> Reference {
+    let (seen, lit): (Vec<_>, Vec<_>) = answers
+        .map(|a| ((a.triangle_id, a.triangle_tie), (a.visibility, a.tie)))
+        .unzip();
+    let (triangle_id, triangle_tie) = seen.into_iter().unzip();
+    let (visibility, tie) = lit.into_iter().unzip();
+    Reference {
+        triangle_id,
+        triangle_tie,
+        visibility,
+        tie,
+    }
+}
+
+/// One pixel of a [`Reference`].
+struct Answer {
+    triangle_id: i32,
+    triangle_tie: bool,
+    visibility: f32,
+    tie: bool,
+}
+
+fn answer_pixel(
+    scene: &Scene,
+    search: &impl Search,
+    camera: &Camera,
+    light: &Light,
+    pixel: usize,
+) -> Answer {
+    let first = first_triangles(scene, search, camera, pixel);
+    let ray = camera_ray(camera, pixel);
+    let shade = |candidate: &(u32, Contact)| {
+        let (triangle, contact) = candidate;
+        let reach = (contact.near, contact.far);
+        let receiver = Receiver::new(scene, camera, &ray, *triangle, reach);
+        shade(scene, search, camera, light, &receiver)
+    };
+    let (visibility, mut tie) = first.hit.as_ref().map_or((f32::NAN, false), shade);
+    // An edge between two triangles with the same shadow is no reason to throw the pixel out.
+    if first.is_tie() {
+        let differs = |other: (f32, bool)| {
+            other.1 || other.0 != visibility && !(other.0.is_nan() && visibility.is_nan())
+        };
+        tie = tie
+            || first.may_be_none && differs((f32::NAN, false))
+            || first.others.iter().any(|other| differs(shade(other)));
+    }
+    Answer {
+        triangle_id: first.triangle_id(),
+        triangle_tie: first.is_tie(),
+        visibility,
+        tie,
+    }
+}
+
+/// The triangles that may be the first on a ray.
+struct First {
+    /// The first one in float64.
+    hit: Option<(u32, Contact)>,
+    /// Others that may be the first within rounding.
+    others: Vec<(u32, Contact)>,
+    /// Whether there may be none within rounding.
+    may_be_none: bool,
+}
+
+impl First {
+    fn triangle_id(&self) -> i32 {
+        self.hit
+            .as_ref()
+            .map_or(-1, |(triangle, _)| *triangle as i32)
+    }
+
+    fn is_tie(&self) -> bool {
+        !self.others.is_empty() || self.may_be_none && self.hit.is_some()
+    }
+}
+
+fn first_triangles(scene: &Scene, search: &impl Search, camera: &Camera, pixel: usize) -> First {
+    let ray = camera_ray(camera, pixel);
+    // All triangles that are possibly hit, up to where the first definite one ends.
+    let mut candidates: Vec<(u32, Contact)> = Vec::new();
+    let mut end = f64::INFINITY;
+    search.visit(ray.thick(camera, search), |triangle| {
+        if let Some(contact) = ray.meet(scene, camera, triangle) {
+            if contact.definite {
+                end = end.min(contact.far);
+            }
+            if contact.near <= end {
+                candidates.push((triangle, contact));
+            }
+        }
+        ControlFlow::Continue(end)
+    });
+    candidates.retain(|(_, contact)| contact.near <= end);
+    if candidates.iter().any(|(_, contact)| !contact.definite) {
+        end = end.min(covered_until(&candidates, ray.range));
+        candidates.retain(|(_, contact)| contact.near <= end);
+    }
+    // The order of the search must not show: equal distances go to the lower index.
+    let hit = (0..candidates.len())
+        .filter(|&i| candidates[i].1.hit.is_some())
+        .min_by(|&i, &j| {
+            let key = |i: usize| (candidates[i].1.hit.unwrap_or(f64::MAX), candidates[i].0);
+            let (a, b) = (key(i), key(j));
+            a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+        })
+        .map(|i| candidates.swap_remove(i));
+    First {
+        hit,
+        others: candidates,
+        may_be_none: end == f64::INFINITY,
+    }
+}
+
+/// The distance before which every ray nearby meets some candidate, infinite if one meets none.
+///
+/// A ray near an edge that several triangles share meets none of them definitely, though no ray
+/// nearby gets past all of them; what lies behind is not in question.
+fn covered_until(candidates: &[(u32, Contact)], range: (f64, f64)) -> f64 {
+    if candidates.is_empty() {
+        return f64::INFINITY;
+    }
+    let radius = candidates
+        .iter()
+        .map(|(_, contact)| contact.margin)
+        .fold(f64::INFINITY, f64::min);
+    (0..=8)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * i as f64 / 8.0;
+            let offset = if i == 8 { 0.0 } else { radius } * DVec2::from_angle(angle);
+            candidates
+                .iter()
+                .filter(|(_, contact)| contact.lies_within(range))
+                .filter(|(_, contact)| is_inside(contact.corners.map(|c| c - offset)))
+                .map(|(_, contact)| contact.far)
+                .fold(f64::INFINITY, f64::min)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// The point that a pixel shows.
+struct Receiver {
+    triangle: u32,
+    /// Relative to the eye.
+    point: DVec3,
+    /// Of the plane, towards the eye.
+    normal: DVec3,
+    /// How far float32 may move the point.
+    margin: f64,
+    /// Whether the eye is in the plane within rounding, so that it may be on either side.
+    edge_on: bool,
+}
+
+impl Receiver {
+    /// The point where the ray meets the triangle's plane, kept within a range of distances because
+    /// a ray along the plane may meet it anywhere.
+    fn new(
+        scene: &Scene,
+        camera: &Camera,
+        ray: &Ray,
+        triangle: u32,
+        (near, far): (f64, f64),
+    ) -> Self {
+        let corners = scene.corners(triangle).map(|c| c - camera.eye);
+        let [a, b, c] = corners;
+        let normal = unit_normal(a, b, c);
+        let length = |v: DVec3| v.length();
+        let nearest = corners
+            .into_iter()
+            .min_by(|a, b| length(*a).total_cmp(&length(*b)));
+        let height = normal.dot(nearest.unwrap_or(a));
+        let cosine = normal.dot(ray.direction);
+        let distance = (height / cosine).max(near).min(far);
+        let corner_margin = ROUNDING * corners.map(length).into_iter().fold(0.0, f64::max);
+        let extent = length(b - a).max(length(c - b)).max(length(a - c));
+        Self {
+            triangle,
+            point: distance * ray.direction,
+            normal: if height > 0.0 { -normal } else { normal },
+            // The plane moves by the corners' margin, the point by more if the ray is oblique, but
+            // it stays on the triangle.
+            margin: corner_margin + (corner_margin / cosine.abs()).min(extent),
+            edge_on: height.abs() <= corner_margin,
+        }
+    }
+}
+
+impl Receiver {
+    /// Whether a ray from the receiver's triangle towards the light cannot meet another triangle
+    /// because the plane of one of them keeps them apart.
+    ///
+    /// Neighbours on a flat or convex surface touch the receivers near their common edge. Without
+    /// this all those would be ties, which would hide the errors there.
+    fn is_left_by(&self, scene: &Scene, camera: &Camera, direction: DVec3, triangle: u32) -> bool {
+        let own = scene.corners(self.triangle).map(|c| c - camera.eye);
+        let other = scene.corners(triangle).map(|c| c - camera.eye);
+        // A twin, such as the back of a leaf, lies in the receiver's very place, not beside it.
+        if other.iter().all(|c| own.contains(c)) {
+            return false;
+        }
+        let towards_light = |normal: DVec3| normal * normal.dot(direction).signum();
+        // The other one is nowhere above the receiver's plane, or the receiver's triangle nowhere
+        // below the other one's; above is where the light is.
+        let normal = towards_light(self.normal);
+        if other
+            .iter()
+            .all(|&c| normal.dot(c - self.point) <= self.margin)
+        {
+            return true;
+        }
+        let normal = towards_light(unit_normal(other[0], other[1], other[2]));
+        normal.dot(direction) > ROUNDING
+            && own
+                .iter()
+                .all(|&c| normal.dot(c - other[0]) >= -self.margin)
+    }
+}
+
+/// Visibility of the light from the receiver, and whether it is a tie.
+fn shade(
+    scene: &Scene,
+    search: &impl Search,
+    camera: &Camera,
+    light: &Light,
+    receiver: &Receiver,
+) -> (f32, bool) {
+    let to_light = light.vector_from_point(camera.eye + receiver.point);
+    let distance = match light {
+        Light::Directional { .. } => f64::INFINITY,
+    };
+    let direction = to_light.normalize();
+    let cosine = receiver.normal.dot(direction);
+    let facing_margin = ROUNDING + receiver.margin / distance;
+    let may_turn = cosine.abs() <= facing_margin || receiver.edge_on;
+    if cosine <= 0.0 && !may_turn {
+        return (0.0, false);
+    }
+    let ray = Ray::new(receiver.point, direction, (0.0, distance), receiver.margin);
+    let mut definite = false;
+    let mut candidates: Vec<(u32, Contact)> = Vec::new();
+    search.visit(ray.thick(camera, search), |triangle| {
+        if triangle != receiver.triangle
+            && let Some(contact) = ray.meet(scene, camera, triangle)
+            // Checked where an edge of the triangle touches the receiver, and only there.
+            && (contact.near > 0.0
+                || contact.inside
+                || !receiver.is_left_by(scene, camera, direction, triangle))
+        {
+            definite |= contact.definite;
+            candidates.push((triangle, contact));
+        }
+        match definite {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(f64::INFINITY),
+        }
+    });
+    if definite || covered_until(&candidates, ray.range) < f64::INFINITY {
+        return (0.0, false);
+    }
+    let hit = candidates.iter().any(|(_, contact)| contact.hit.is_some());
+    let lit = cosine > 0.0 && !hit;
+    (lit as u8 as f32, !candidates.is_empty() || may_turn)
+}
+
+/// A ray in its own frame, and how well its origin is known.
+struct Ray {
+    /// Relative to the eye.
+    origin: DVec3,
+    /// Unit axes; x and y span the plane across the ray.
+    x: DVec3,
+    y: DVec3,
+    direction: DVec3,
+    /// Range of distances in which triangles are hit, both ends excluded.
+    range: (f64, f64),
+    /// How far float32 may move the origin.
+    margin: f64,
+}
+
+/// How a ray meets a triangle, seen along the ray.
+#[derive(Debug, Clone)]
+struct Contact {
+    /// The corners in the plane across the ray, which is at the origin.
+    corners: [DVec2; 3],
+    /// The distance if the triangle is hit in float64.
+    hit: Option<f64>,
+    /// Whether the line of the ray passes inside its edges for all roundings.
+    inside: bool,
+    /// Whether it is hit for all roundings.
+    definite: bool,
+    /// The distances at which it may be hit within rounding.
+    near: f64,
+    far: f64,
+    /// How far rounding may move the triangle here.
+    margin: f64,
+}
+
+impl Ray {
+    fn new(origin: DVec3, direction: DVec3, range: (f64, f64), margin: f64) -> Self {
+        let (x, y) = direction.any_orthonormal_pair();
+        Self {
+            origin,
+            x,
+            y,
+            direction,
+            range,
+            margin,
+        }
+    }
+
+    /// The ray as the search wants it, thick enough for all margins.
+    fn thick(&self, camera: &Camera, search: &impl Search) -> ThickRay {
+        let origin = camera.eye + self.origin;
+        // Twice, because the margins below are made from a sum of coordinates, not from a length.
+        let margin = 2.0 * ROUNDING * search.farthest(origin) + self.margin;
+        ThickRay {
+            origin,
+            direction: self.direction,
+            start: self.range.0,
+            end: self.range.1,
+            margin,
+        }
+    }
+
+    /// Tests one triangle; none if it is missed for all roundings.
+    #[inline]
+    fn meet(&self, scene: &Scene, camera: &Camera, triangle: u32) -> Option<Contact> {
+        // Edge by edge the same numbers for each triangle that shares the edge.
+        let relative = scene
+            .corners(triangle)
+            .map(|c| (c - camera.eye) - self.origin);
+        let corners = relative.map(|c| DVec2::new(self.x.dot(c), self.y.dot(c)));
+        let distances = relative.map(|c| self.direction.dot(c));
+        let margins: [f64; 3] = std::array::from_fn(|i| {
+            let length = corners[i].x.abs() + corners[i].y.abs() + distances[i].abs();
+            ROUNDING * length + self.margin
+        });
+
+        let largest = margins[0].max(margins[1]).max(margins[2]);
+        let [a, b, c] = corners;
+        if a.min(b).min(c).max_element() > largest || a.max(b).max(c).min_element() < -largest {
+            return None;
+        }
+        let edges = edge_functions(corners);
+        let area = edges[0] + edges[1] + edges[2];
+
+        // Near an edge: how close does the ray pass, and at which distances along it?
+        let (mut near, mut far, mut margin) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let along = corners[k] - corners[j];
+            let length_squared = along.length_squared();
+            let closest = if length_squared > 0.0 {
+                (-corners[j].dot(along) / length_squared).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            let edge_margin = margins[j] + closest * (margins[k] - margins[j]);
+            let gap_squared = (corners[j] + closest * along).length_squared();
+            let slack = edge_margin * edge_margin - gap_squared;
+            if slack < 0.0 {
+                continue;
+            }
+            // The part of the edge within the margin.
+            let half = if length_squared > 0.0 {
+                (slack / length_squared).sqrt()
+            } else {
+                1.0
+            };
+            for end in [closest - half, closest + half] {
+                let end = end.clamp(0.0, 1.0);
+                let distance = distances[j] + end * (distances[k] - distances[j]);
+                near = near.min(distance - edge_margin);
+                far = far.max(distance + edge_margin);
+            }
+            margin = margin.max(edge_margin);
+        }
+        let inside = far == f64::NEG_INFINITY;
+
+        let mut hit = None;
+        if area != 0.0 && has_one_sign(edges) {
+            let weights = edges.map(|e| e / area);
+            let weigh = |v: [f64; 3]| weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
+            let distance = weigh(distances);
+            let plane_margin = weigh(margins);
+            // The plane moves by its margin, the distance by more if the ray is oblique, but the
+            // hit stays on the triangle.
+            let normal = scene.unit_normals()[triangle as usize].as_dvec3();
+            let reach = plane_margin / normal.dot(self.direction).abs();
+            let [a, b, c] = distances;
+            let lowest = a.min(b).min(c) - plane_margin;
+            let highest = a.max(b).max(c) + plane_margin;
+            near = near.min((distance - reach).max(lowest));
+            far = far.max((distance + reach).min(highest));
+            margin = margin.max(plane_margin);
+            // A receiver that touches the triangle must not be decided by the noise of float64.
+            let (start, end) = (self.range.0 + FLOAT64_SHARE * reach, self.range.1);
+            hit = (distance > start && distance < end).then_some(distance);
+        } else if inside {
+            return None;
+        }
+        if far < self.range.0 || near > self.range.1 {
+            return None;
+        }
+        let contact = Contact {
+            corners,
+            hit,
+            inside,
+            definite: false,
+            near,
+            far,
+            margin,
+        };
+        Some(Contact {
+            definite: inside && contact.lies_within(self.range),
+            ..contact
+        })
+    }
+}
+
+impl Contact {
+    /// Whether the hit is in a range of distances for all roundings.
+    fn lies_within(&self, (start, end): (f64, f64)) -> bool {
+        self.near > start && self.far < end
+    }
+}
+
+/// Twice the signed areas between the origin and each edge; edge i is opposite of corner i.
+///
+/// Rounding can make one zero but never turn its sign, and it turns exactly with the direction of
+/// the edge.
+fn edge_functions([a, b, c]: [DVec2; 3]) -> [f64; 3] {
+    [
+        b.x * c.y - b.y * c.x,
+        c.x * a.y - c.y * a.x,
+        a.x * b.y - a.y * b.x,
+    ]
+}
+
+fn has_one_sign(edges: [f64; 3]) -> bool {
+    edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0)
+}
+
+/// Whether the origin is in the triangle.
+fn is_inside(corners: [DVec2; 3]) -> bool {
+    let edges = edge_functions(corners);
+    has_one_sign(edges) && edges != [0.0; 3]
+}
+
+/// The ray through the centre of a pixel, given as row * width + column.
+fn camera_ray(camera: &Camera, pixel: usize) -> Ray {
+    assert!(pixel < camera.pixel_count());
+    let width = camera.width as usize;
+    let ray = camera.ray_from_pixel((pixel % width) as u32, (pixel / width) as u32);
+    // Depths are along the camera's axis, distances along the ray.
+    let length = ray.length();
+    Ray::new(
+        DVec3::ZERO,
+        ray / length,
+        (camera.znear * length, camera.zfar * length),
+        0.0,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{Bvh, Everything};
+    use glam::DMat4;
+
+    /// Numbers in [-1, 1), the same in every run (xorshift64*).
+    struct Random(u64);
+
+    impl Random {
+        fn number(&mut self) -> f64 {
+            self.0 ^= self.0 >> 12;
+            self.0 ^= self.0 << 25;
+            self.0 ^= self.0 >> 27;
+            (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+
+        fn vector(&mut self) -> DVec3 {
+            DVec3::new(self.number(), self.number(), self.number())
+        }
+    }
+
+    fn scene(corners: &[[DVec3; 3]]) -> Scene {
+        let triangles = (0..corners.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+        Scene::new(corners.concat(), triangles.collect()).unwrap()
+    }
+
+    /// Looks along -Z, with a quarter turn across `size` pixels; with an odd size the central ray is
+    /// parallel to the axis.
+    fn camera(eye: DVec3, size: u32) -> Camera {
+        let half = DVec2::splat(0.5 * size as f64);
+        let pose = DMat4::from_translation(eye);
+        Camera::new(pose, half, half, (size, size), (1e-9, f64::INFINITY)).unwrap()
+    }
+
+    fn sun(direction: DVec3) -> Light {
+        Light::directional(direction).unwrap()
+    }
+
+    /// Two triangles in the plane z, a square of a given half size.
+    fn square(x: f64, y: f64, z: f64, half: f64) -> [[DVec3; 3]; 2] {
+        let corner = |i: f64, j: f64| DVec3::new(x + i * half, y + j * half, z);
+        let [a, b, c, d] = [
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        [[a, b, c], [a, c, d]]
+    }
+
+    fn assert_same(a: &Reference, b: &Reference, case: &str) {
+        let lit = |r: &Reference| r.visibility.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(a.triangle_id, b.triangle_id, "{case}");
+        assert_eq!(a.triangle_tie, b.triangle_tie, "{case}");
+        assert_eq!(lit(a), lit(b), "{case}");
+        assert_eq!(a.tie, b.tie, "{case}");
+    }
+
+    fn count(flags: &[bool]) -> usize {
+        flags.iter().filter(|&&flag| flag).count()
+    }
+
+    #[test]
+    fn no_ray_slips_between_triangles_that_share_an_edge_or_a_corner() {
+        let mut random = Random(1);
+        let eye = DVec3::new(3.0, -2.0, 9.0);
+        let camera = camera(eye, 1);
+        for round in 0..20_000 {
+            // A fan around the corner 0, closed; thin in every other round.
+            let thin = if round % 2 == 0 { 1.0 } else { 1e-7 };
+            let centre = random.vector();
+            let turn = random.number();
+            let rim: Vec<DVec3> = (0..5)
+                .map(|i| {
+                    let (y, x) = (std::f64::consts::TAU * (i as f64 / 5.0 + turn)).sin_cos();
+                    centre + DVec3::new(x, thin * y, 0.1 * thin * random.number())
+                })
+                .collect();
+            let fan: Vec<[DVec3; 3]> = (0..5).map(|i| [centre, rim[i], rim[(i + 1) % 5]]).collect();
+            let scene = scene(&fan);
+            let along = if round % 5 == 0 {
+                0.0
+            } else {
+                0.5 + 0.5 * random.number()
+            };
+            let target = centre + along * (rim[round % 5] - centre);
+            let direction = (target - eye).normalize();
+            let ray = Ray::new(DVec3::ZERO, direction, (0.0, f64::INFINITY), 0.0);
+            let contacts: Vec<_> = (0..5)
+                .filter_map(|t| ray.meet(&scene, &camera, t))
+                .collect();
+            assert!(contacts.iter().any(|c| c.hit.is_some()), "round {round}");
+            assert!(contacts.iter().all(|c| !c.definite), "round {round}");
+        }
+    }
+
+    /// Triangles of all sizes, among them slivers, pairs that share an edge, triangles along the
+    /// axes and triangles without area.
+    fn soup(seed: u64, count: usize) -> Vec<[DVec3; 3]> {
+        let mut random = Random(seed);
+        let mut corners = Vec::new();
+        while corners.len() < count {
+            let size = 10_f64.powf(2.0 * random.number() - 1.5);
+            let a = random.vector();
+            let (b, c) = (a + size * random.vector(), a + size * random.vector());
+            let along_axis = a + DVec3::new(size, 0.0, 0.0);
+            match corners.len() % 5 {
+                0 => corners.push([a, b, c]),
+                1 => corners.push([a, b, a.lerp(b, 0.4) + 1e-7 * random.vector()]),
+                2 => corners.extend([[a, b, c], [c, b, random.vector()]]),
+                3 => corners.push([a, along_axis, a + DVec3::new(0.0, 0.0, size)]),
+                _ => corners.push([a, a, b]),
+            }
+        }
+        corners
+    }
+
+    #[test]
+    fn the_search_finds_what_brute_force_finds() {
+        // Powers of two scale without rounding: 1e-6, 1 and 1e6 roughly.
+        for (seed, scale) in [(1, 2_f64.powi(-20)), (2, 1.0), (3, 2_f64.powi(20))] {
+            for (eye, size) in [
+                (DVec3::new(0.0, 0.0, 2.5), 33),
+                (DVec3::new(0.1, -0.2, 0.3), 33),
+                (DVec3::new(0.0, 0.0, 3000.0), 4001),
+            ] {
+                let corners: Vec<_> = soup(seed, 300)
+                    .iter()
+                    .map(|t| t.map(|v| v * scale))
+                    .collect();
+                let scene = scene(&corners);
+                let camera = camera(eye * scale, size);
+                let bvh = Bvh::new(&scene);
+                let middle = size as usize / 2;
+                let near_middle = middle.saturating_sub(16)..=(middle + 16).min(size as usize - 1);
+                let pixels: Vec<usize> = near_middle
+                    .clone()
+                    .flat_map(|row| near_middle.clone().map(move |c| row * size as usize + c))
+                    .collect();
+                for light in [DVec3::NEG_Y, DVec3::NEG_Z, DVec3::new(0.3, -1.0, 0.2)].map(sun) {
+                    let case = format!("seed {seed}, eye {eye}, {light:?}");
+                    let found = reference_of_pixels(&scene, &bvh, &camera, &light, &pixels);
+                    let all = Everything(&scene);
+                    let truth = reference_of_pixels(&scene, &all, &camera, &light, &pixels);
+                    assert_same(&found, &truth, &case);
+                    assert!(found.triangle_id.iter().any(|&t| t >= 0), "{case}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_place_in_the_world_does_not_matter() {
+        // On a grid, so that moving rounds nothing.
+        let grid = |v: DVec3| (v * 2_f64.powi(20)).round() / 2_f64.powi(20);
+        let corners: Vec<_> = soup(7, 200).into_iter().map(|t| t.map(grid)).collect();
+        let light = sun(DVec3::new(0.3, -1.0, 0.2));
+        let answers = [DVec3::ZERO, DVec3::new(2.0, -1.0, 1.0) * 2_f64.powi(24)].map(|place| {
+            let scene = scene(
+                &corners
+                    .iter()
+                    .map(|t| t.map(|v| v + place))
+                    .collect::<Vec<_>>(),
+            );
+            let camera = camera(place + DVec3::new(0.0, 0.0, 2.5), 64);
+            reference(&scene, &Bvh::new(&scene), &camera, &light)
+        });
+        assert_same(&answers[0], &answers[1], "moved");
+    }
+
+    #[test]
+    fn a_triangle_never_shadows_itself() {
+        let mut random = Random(3);
+        for round in 0..200 {
+            let corners = [random.vector(), random.vector(), random.vector()];
+            let scene = scene(&[corners]);
+            let camera = camera(DVec3::new(0.0, 0.0, 3.0), 16);
+            let normal = scene.unit_normals()[0].as_dvec3();
+            let side = normal * normal.dot(camera.eye - corners[0]).signum();
+            // From steep to grazing.
+            let slope = 10_f64.powi(-(round % 5));
+            let across = normal.any_orthonormal_vector();
+            let light = sun(-(slope * side + across));
+            let truth = reference(&scene, &Bvh::new(&scene), &camera, &light);
+            for (pixel, visibility) in truth.visibility.iter().enumerate() {
+                assert!(
+                    visibility.is_nan() || *visibility == 1.0,
+                    "round {round} {pixel}"
+                );
+                assert!(
+                    truth.triangle_tie[pixel] || !truth.tie[pixel],
+                    "round {round} {pixel}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_square_throws_its_shadow_where_it_must() {
+        // The light comes along the diagonal of x and z: a point of the floor at x is shadowed by
+        // what is at x + 1 one unit higher.
+        let corners = [square(0.0, 0.0, -4.0, 3.0), square(2.0, 0.0, -3.0, 0.5)].concat();
+        let scene = scene(&corners);
+        let camera = camera(DVec3::ZERO, 64);
+        let light = sun(DVec3::new(-1.0, 0.0, -1.0));
+        let truth = reference(&scene, &Bvh::new(&scene), &camera, &light);
+        let (positions, normals, depths) = surface(&scene, &camera, &truth.triangle_id);
+        let mut shadowed = 0;
+        for (pixel, &[x, y, z]) in positions.iter().enumerate() {
+            match truth.triangle_id[pixel] {
+                -1 => assert!(truth.visibility[pixel].is_nan() && depths[pixel].is_nan()),
+                0 | 1 => {
+                    let shadow = (x - 1.0).abs() < 0.5 && y.abs() < 0.5;
+                    shadowed += shadow as usize;
+                    assert_eq!(truth.visibility[pixel], !shadow as u8 as f32, "{x} {y} {z}");
+                    assert!((z + 4.0).abs() < 1e-14 && (depths[pixel] - 4.0).abs() < 1e-14);
+                    assert_eq!(normals[pixel], [0.0, 0.0, 1.0]);
+                }
+                _ => assert_eq!(truth.visibility[pixel], 1.0),
+            }
+        }
+        assert!(shadowed > 20, "{shadowed}");
+        assert_eq!(count(&truth.tie), 0);
+    }
+
+    #[test]
+    fn a_silhouette_on_the_ray_is_a_tie_and_half_a_pixel_away_it_is_not() {
+        // The rays of column 10 pass x = 0 (the image is 21 pixels wide); the caster ends there.
+        // Row 8 keeps away from the diagonals of the squares.
+        let pixel = 8 * 21 + 10;
+        let light = sun(DVec3::new(0.1, -0.2, -1.0));
+        let answer = |edge: f64| {
+            let corners = [
+                square(0.0, 0.0, -4.0, 9.0),
+                square(edge - 1.0, 0.0, -3.0, 1.0),
+            ]
+            .concat();
+            let scene = scene(&corners);
+            reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 21), &light)
+        };
+        let on_edge = |edge: f64| answer(edge).triangle_tie[pixel];
+        assert!(on_edge(0.0) && on_edge(1e-7) && on_edge(-1e-7));
+        let pixel_size = 3.0 / 10.5;
+        for share in [0.5, 1e-4] {
+            assert!(
+                !on_edge(share * pixel_size) && !on_edge(-share * pixel_size),
+                "{share}"
+            );
+        }
+        // The receiver at (0, y, -4) is shadowed by what is at x = -0.1 on its way to the light.
+        let lit = |edge: f64| {
+            let truth = answer(edge);
+            (truth.visibility[pixel], truth.tie[pixel])
+        };
+        // Seen past a caster that ends left of the ray.
+        assert!(lit(-0.1).1 && lit(-0.1 + 1e-7).1 && lit(-0.1 - 1e-7).1);
+        assert_eq!(lit(-0.1 + 1e-4), (0.0, false));
+        assert_eq!(lit(-0.1 - 1e-4), (1.0, false));
+    }
+
+    #[test]
+    fn coplanar_twins_are_a_tie() {
+        let once = square(0.0, 0.0, -4.0, 3.0);
+        let twins = scene(&[once, once].concat());
+        let camera = camera(DVec3::ZERO, 16);
+        let light = sun(DVec3::new(0.1, -0.2, -1.0));
+        let truth = reference(&twins, &Bvh::new(&twins), &camera, &light);
+        for pixel in (0..256).filter(|&pixel| truth.triangle_id[pixel] >= 0) {
+            assert!(truth.triangle_tie[pixel] && truth.tie[pixel], "{pixel}");
+            assert!(truth.triangle_id[pixel] < 2, "the lower index");
+        }
+        assert!(count(&truth.tie) > 50);
+    }
+
+    #[test]
+    fn an_edge_inside_a_surface_is_no_tie_of_its_shadow() {
+        // The diagonal of the square is on the rays of the image's diagonal; behind it is another
+        // square, all in its shadow.
+        let corners = [square(0.0, 0.0, -2.0, 1.0), square(0.0, 0.0, -3.0, 9.0)].concat();
+        let scene = scene(&corners);
+        let light = sun(DVec3::NEG_Z);
+        let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 16), &light);
+        // Row 0 is at the top: the diagonal of the first square goes up to the right.
+        for column in 5..11 {
+            let pixel = (15 - column) * 16 + column;
+            assert!(truth.triangle_tie[pixel] && !truth.tie[pixel], "{pixel}");
+            assert_eq!(truth.visibility[pixel], 1.0);
+        }
+    }
+
+    #[test]
+    fn the_side_away_from_the_light_is_in_shadow_and_edge_on_is_a_tie() {
+        let scene = scene(&square(0.0, 0.0, -4.0, 9.0));
+        let bvh = Bvh::new(&scene);
+        for (direction, visibility, tie) in [
+            (DVec3::new(1.0, 0.0, -0.01), 1.0, 0),
+            (DVec3::new(1.0, 0.0, 0.01), 0.0, 0),
+            (DVec3::X, 0.0, 64),
+        ] {
+            let truth = reference(&scene, &bvh, &camera(DVec3::ZERO, 8), &sun(direction));
+            assert!(
+                truth.visibility.iter().all(|&v| v == visibility),
+                "{direction}"
+            );
+            assert_eq!(count(&truth.tie), tie, "{direction}");
+        }
+    }
+
+    #[test]
+    fn depths_outside_the_camera_range_are_not_seen() {
+        let corners: Vec<_> = [-1.0, -2.0, -3.0]
+            .iter()
+            .flat_map(|&z| square(0.0, 0.0, z, 9.0))
+            .collect();
+        let scene = scene(&corners);
+        let bvh = Bvh::new(&scene);
+        let mut camera = camera(DVec3::ZERO, 8);
+        for (range, first) in [
+            ((0.5, 9.0), 0),
+            ((1.5, 9.0), 2),
+            ((2.5, 9.0), 4),
+            ((0.1, 0.9), -1),
+        ] {
+            (camera.znear, camera.zfar) = range;
+            let (triangle_id, tie) = first_hits(&scene, &bvh, &camera);
+            assert!(
+                triangle_id.iter().all(|&t| t == first || t == first + 1),
+                "{range:?}"
+            );
+            assert!(first < 0 || triangle_id.contains(&first));
+            assert!(count(&tie) <= 8, "{range:?}: only the diagonal is one");
+        }
+        (camera.znear, camera.zfar) = (1.0, 9.0);
+        assert_eq!(
+            count(&first_hits(&scene, &bvh, &camera).1),
+            64,
+            "on the near plane"
+        );
+    }
+
+    #[test]
+    fn a_floor_of_huge_triangles_has_few_ties() {
+        // Seen from 1.7 above it; the corners are 1e5 away.
+        let turned = square(0.0, 0.0, 0.0, 1e5).map(|t| t.map(|v| DVec3::new(v.x, v.z - 1.7, v.y)));
+        let scene = scene(&turned);
+        let truth = reference(
+            &scene,
+            &Bvh::new(&scene),
+            &camera(DVec3::new(0.3, 0.0, 0.1), 128),
+            &sun(DVec3::new(0.3, -1.0, 0.2)),
+        );
+        let covered = truth.triangle_id.iter().filter(|&&t| t >= 0).count();
+        assert!(covered > 8000, "{covered}");
+        assert_eq!(count(&truth.tie), 0);
+        assert!(
+            count(&truth.triangle_tie) < 80,
+            "{}",
+            count(&truth.triangle_tie)
+        );
+    }
+
+    #[test]
+    fn triangles_without_area_are_ignored() {
+        let line = [
+            DVec3::new(-1.0, 0.0, -2.0),
+            DVec3::new(1.0, 0.0, -2.0),
+            DVec3::NEG_Z * 2.0,
+        ];
+        let scene = scene(&[line]);
+        assert_eq!(scene.degenerate_count(), 1);
+        let light = sun(DVec3::NEG_Y);
+        let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 9), &light);
+        assert!(truth.visibility.iter().all(|v| v.is_nan()));
+        assert_eq!(count(&truth.tie) + count(&truth.triangle_tie), 0);
+    }
+}
