@@ -1,0 +1,42 @@
+// A projection takes a point to (texel, depth) and a texel to its ray. Both directions are pure
+// functions; the parts that differ between kinds of projection are in projection/*.wgsl.
+//
+// Coordinates of a point in *projection space*: q = (x_axis.p, y_axis.p, z_axis.p), p relative to the
+// projection's origin. Texel coordinates have their origin at the top left corner of the map, y down;
+// *centred* ones are relative to `centre`, which keeps float32 precise in the middle of the map.
+
+struct Projection {
+    origin_high: vec3<f32>,     // relative to the scene's origin, as a double-single number
+    depth_offset: f32,          // stored depth = (q.z - depth_offset) * depth_scale
+    origin_low: vec3<f32>,
+    depth_scale: f32,
+    x_axis: vec3<f32>,
+    z_min: f32,                 // q.z outside [z_min, z_max] is not stored
+    y_axis: vec3<f32>,
+    z_max: f32,
+    z_axis: vec3<f32>,
+    padding: u32,
+    centre: vec2<f32>,
+    size: vec2<u32>,            // width, height in texels
+    // World vectors of a unit step along each axis of projection space.
+    step_x: vec4<f32>,
+    step_y: vec4<f32>,
+    step_z: vec4<f32>,
+}
+
+fn projected_from_offset(projection: Projection, p: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        dot(projection.x_axis, p),
+        dot(projection.y_axis, p),
+        dot(projection.z_axis, p),
+    );
+}
+
+// A plane's normal as a covector of projection space.
+fn projected_from_normal(projection: Projection, normal: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        dot(normal, projection.step_x.xyz),
+        dot(normal, projection.step_y.xyz),
+        dot(normal, projection.step_z.xyz),
+    );
+}

@@ -1,0 +1,412 @@
+// Exact rasterization: triangles to the nearest depth (and triangle) along each texel's own ray.
+//
+// A triangle's edges are planes (central projections) or lines (parallel ones) through the rays'
+// origin: e_i(r) = dot(edge_i, r) with r = (x, y, 1), after Olano and Greer, "Triangle Scan
+// Conversion using 2D Homogeneous Coordinates", 1997. A texel is covered where all three are positive,
+// also for a triangle that reaches behind the near plane, so nothing is clipped.
+//
+// Three entry points, one after the other:
+//   bin    a triangle an invocation: culls, and lists the rest as items of work: a small triangle is
+//          one item, a large one is cut into coarse tiles;
+//   split  a coarse tile an invocation: lists the fine tiles in it that the triangle may cover;
+//   walk   items to texels. No item has more than `small_area` texels, so that work is even and no
+//          invocation comes near the 65,535 loop iterations after which some drivers stop in silence.
+#import projection
+#import target
+#import lib/triangles
+
+// Lengths of the lists; also counts items beyond their capacity: the host then makes room and runs again.
+struct Counters {
+    items: atomic<u32>,
+    coarse_tiles: atomic<u32>,
+    outside: atomic<u32>,               // triangles whose bound holds no texel centre
+    behind: atomic<u32>,                // triangles outside the range of depths
+}
+
+// A triangle and a tile, x and y in 16 bits each; WHOLE stands for the whole triangle.
+struct Item {
+    triangle: u32,
+    tile: u32,
+}
+
+const WHOLE: u32 = 0xffffffffu;
+
+struct Job {
+    projection: Projection,
+    triangle_count: u32,
+    coarse_shift: u32,                  // binary logarithm of the side of a coarse tile
+}
+
+// Load it once, before any loop, and pass it on: a software driver reads a uniform anew at each use.
+@group(0) @binding(0) var<uniform> job_uniform: Job;
+@group(0) @binding(4) var<storage, read_write> counters: Counters;
+@group(0) @binding(6) var<storage, read_write> items: array<Item>;
+@group(0) @binding(7) var<storage, read_write> coarse_tiles: array<Item>;
+// Arguments of the indirect dispatches of `split` and of `walk`.
+@group(0) @binding(8) var<storage, read_write> split_groups: array<u32, 3>;
+@group(0) @binding(9) var<storage, read_write> walk_groups: array<u32, 3>;
+
+override items_per_invocation: u32 = 1u;
+// Texels in the bound of an item at most: the square of the side of a fine tile.
+override small_area: u32 = 256u;
+override fine_shift: u32 = 4u;
+// Texels that a lane walks before it looks for its next item.
+override chunk: u32 = 8u;
+
+const GROUP: u32 = 64u;
+
+struct Triangle {
+    // Edge opposite to each corner, positive inside.
+    edge0: vec3<f32>,
+    edge1: vec3<f32>,
+    edge2: vec3<f32>,
+    plane: vec3<f32>,                   // see `depth_plane`
+    z_low: f32,                         // depths of the corners: no covered texel is beyond them
+    z_high: f32,
+}
+
+// Texels, inclusive.
+struct Bound {
+    first: vec2<i32>,
+    last: vec2<i32>,
+}
+
+fn is_before(a: vec3<f32>, b: vec3<f32>) -> bool {
+    return a.x < b.x || (a.x == b.x && (a.y < b.y || (a.y == b.y && a.z < b.z)));
+}
+
+// The two triangles at an edge must agree on which side a texel lies, to the bit: the edge is always
+// computed from the same end. The difference of the ends is nearly exact, their product is not.
+fn edge_through(a: vec3<f32>, b: vec3<f32>, orientation: f32) -> vec3<f32> {
+    let swap = is_before(b, a);
+    let from_end = select(a, b, swap);
+    let edge = cross(from_end, select(b, a, swap) - from_end);
+    return edge * select(orientation, -orientation, swap);
+}
+
+fn evaluate_edge(edge: vec3<f32>, texel: vec2<f32>) -> f32 {
+    return fma(edge.x, texel.x, fma(edge.y, texel.y, edge.z));
+}
+
+fn triangle_from_projected(
+    projection: Projection,
+    id: u32,
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+) -> Triangle {
+    let ha = homogeneous_from_projected(a);
+    let hb = homogeneous_from_projected(b);
+    let hc = homogeneous_from_projected(c);
+    // A ray that meets the triangle in front of its origin has e_i of the sign of this determinant;
+    // a triangle seen edge-on has none and covers nothing.
+    let orientation = sign(dot(ha, cross(hb - ha, hc - ha)));
+    let normal = projected_from_normal(projection, normal_of_triangle(id));
+    return Triangle(
+        edge_through(hb, hc, orientation),
+        edge_through(hc, ha, orientation),
+        edge_through(ha, hb, orientation),
+        depth_plane(normal, a),
+        min(min(a.z, b.z), c.z),
+        max(max(a.z, b.z), c.z),
+    );
+}
+
+fn load_projected(projection: Projection, id: u32) -> array<vec3<f32>, 3> {
+    let vertices = vertices_of_triangle(id);
+    let high = projection.origin_high;
+    let low = projection.origin_low;
+    return array<vec3<f32>, 3>(
+        projected_from_offset(projection, offset_from_vertex(vertices.x, high, low)),
+        projected_from_offset(projection, offset_from_vertex(vertices.y, high, low)),
+        projected_from_offset(projection, offset_from_vertex(vertices.z, high, low)),
+    );
+}
+
+// ---- bounds ----
+
+struct Extent {
+    low: vec2<f32>,
+    high: vec2<f32>,
+}
+
+fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Extent {
+    let texel = centred_texel_from_projected(a);
+    let is_seen = is_in_front(a, projection.z_min);
+    return Extent(
+        select(extent.low, min(extent.low, texel), is_seen),
+        select(extent.high, max(extent.high, texel), is_seen),
+    );
+}
+
+// Where the edge from a to b meets the near plane, if the plane lies between them.
+fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: vec3<f32>) -> Extent {
+    let crosses = is_in_front(a, projection.z_min) != is_in_front(b, projection.z_min);
+    let t = (projection.z_min - a.z) / select(1.0, b.z - a.z, crosses);
+    let texel = mix(a.xy, b.xy, t) / projection.z_min;
+    return Extent(
+        select(extent.low, min(extent.low, texel), crosses),
+        select(extent.high, max(extent.high, texel), crosses),
+    );
+}
+
+// A conservative bound of the texel centres that the triangle may cover.
+fn bound_from_projected(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Bound {
+    var extent = Extent(vec2<f32>(3.0e38), vec2<f32>(-3.0e38));
+    extent = grown_by_corner(projection, extent, a);
+    extent = grown_by_corner(projection, extent, b);
+    extent = grown_by_corner(projection, extent, c);
+    extent = grown_by_crossing(projection, extent, a, b);
+    extent = grown_by_crossing(projection, extent, b, c);
+    extent = grown_by_crossing(projection, extent, c, a);
+    // A texel is a candidate if its centre, at half-integers, is inside, give or take rounding.
+    let slack = 0.01 + 1e-6 * max(abs(extent.low), abs(extent.high));
+    let size = vec2<f32>(projection.size);
+    let first = clamp(ceil(extent.low - slack + projection.centre - 0.5), vec2<f32>(0.0), size);
+    let last = clamp(floor(extent.high + slack + projection.centre - 0.5), vec2<f32>(-1.0), size - 1.0);
+    return Bound(vec2<i32>(first), vec2<i32>(last));
+}
+
+fn bound_of_tile(bound: Bound, tile: u32, side: i32) -> Bound {
+    let corner = vec2<i32>(vec2<u32>(tile & 0xffffu, tile >> 16u)) * side;
+    return Bound(max(corner, bound.first), min(corner + side - 1, bound.last));
+}
+
+// Whether the triangle may cover a texel of the bound: no edge has all of it outside.
+fn may_cover(projection: Projection, triangle: Triangle, bound: Bound) -> bool {
+    let middle = 0.5 * vec2<f32>(bound.first + bound.last) + 0.5 - projection.centre;
+    let reach = 0.5 * vec2<f32>(bound.last - bound.first) + 0.01;
+    let e = vec3<f32>(
+        evaluate_edge(triangle.edge0, middle),
+        evaluate_edge(triangle.edge1, middle),
+        evaluate_edge(triangle.edge2, middle),
+    );
+    let r = vec3<f32>(
+        dot(abs(triangle.edge0.xy), reach),
+        dot(abs(triangle.edge1.xy), reach),
+        dot(abs(triangle.edge2.xy), reach),
+    ) + 1e-6 * abs(vec3<f32>(triangle.edge0.z, triangle.edge1.z, triangle.edge2.z));
+    return all(e >= -r);
+}
+
+// ---- bin ----
+
+fn append_item(triangle: u32, tile: u32) {
+    let slot = atomicAdd(&counters.items, 1u);
+    if slot < arrayLength(&items) {
+        items[slot] = Item(triangle, tile);
+    }
+}
+
+fn append_coarse_tile(triangle: u32, tile: u32) {
+    let slot = atomicAdd(&counters.coarse_tiles, 1u);
+    if slot < arrayLength(&coarse_tiles) {
+        coarse_tiles[slot] = Item(triangle, tile);
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn bin(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let job = job_uniform;
+    let projection = job.projection;
+    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    var outside = 0u;
+    var behind = 0u;
+    for (var i = 0u; i < items_per_invocation; i += 1u) {
+        let id = start + i * GROUP;
+        if id >= job.triangle_count {
+            break;
+        }
+        let corners = load_projected(projection, id);
+        let a = corners[0];
+        let b = corners[1];
+        let c = corners[2];
+        let bound = bound_from_projected(projection, a, b, c);
+        let size = bound.last - bound.first + 1;
+        if is_out_of_depth(projection, min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z)) {
+            behind += 1u;
+        } else if min(size.x, size.y) <= 0 {
+            outside += 1u;
+        } else if max(size.x, size.y) <= i32(small_area) && size.x * size.y <= i32(small_area) {
+            append_item(id, WHOLE);
+        } else {
+            let first = bound.first >> vec2<u32>(job.coarse_shift);
+            let last = bound.last >> vec2<u32>(job.coarse_shift);
+            var tile = first;
+            while tile.y <= last.y {
+                append_coarse_tile(id, u32(tile.x) | (u32(tile.y) << 16u));
+                tile.x += 1;
+                if tile.x > last.x {
+                    tile = vec2<i32>(first.x, tile.y + 1);
+                }
+            }
+        }
+    }
+    atomicAdd(&counters.outside, outside);
+    atomicAdd(&counters.behind, behind);
+}
+
+fn is_out_of_depth(projection: Projection, nearest: f32, farthest: f32) -> bool {
+    return nearest > projection.z_max || clamp_to_nearest(farthest, projection.z_min) < projection.z_min;
+}
+
+// ---- split ----
+
+fn groups_for(count: u32) -> array<u32, 3> {
+    let groups = (count + GROUP - 1u) / GROUP;
+    let width = max(min(groups, 32768u), 1u);
+    return array<u32, 3>(width, (groups + width - 1u) / width, 1u);
+}
+
+@compute @workgroup_size(1)
+fn prepare_split() {
+    split_groups = groups_for(min(atomicLoad(&counters.coarse_tiles), arrayLength(&coarse_tiles)));
+}
+
+@compute @workgroup_size(GROUP)
+fn split(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let job = job_uniform;
+    let projection = job.projection;
+    let index = (group.y * groups.x + group.x) * GROUP + local;
+    if index >= min(atomicLoad(&counters.coarse_tiles), arrayLength(&coarse_tiles)) {
+        return;
+    }
+    let item = coarse_tiles[index];
+    let corners = load_projected(projection, item.triangle);
+    let triangle = triangle_from_projected(projection, item.triangle, corners[0], corners[1], corners[2]);
+    let all_of_it = bound_from_projected(projection, corners[0], corners[1], corners[2]);
+    let bound = bound_of_tile(all_of_it, item.tile, 1 << job.coarse_shift);
+    let first = bound.first >> vec2<u32>(fine_shift);
+    let last = bound.last >> vec2<u32>(fine_shift);
+    var tile = first;
+    while tile.y <= last.y {
+        let name = u32(tile.x) | (u32(tile.y) << 16u);
+        if may_cover(projection, triangle, bound_of_tile(bound, name, 1 << fine_shift)) {
+            append_item(item.triangle, name);
+        }
+        tile.x += 1;
+        if tile.x > last.x {
+            tile = vec2<i32>(first.x, tile.y + 1);
+        }
+    }
+}
+
+// ---- walk ----
+
+@compute @workgroup_size(1)
+fn prepare_walk() {
+    let count = min(atomicLoad(&counters.items), arrayLength(&items));
+    walk_groups = groups_for((count + items_per_invocation - 1u) / items_per_invocation);
+}
+
+// Where the edges cross a row, as lines x = slope * y + offset: those that bound it from the left and
+// those that bound it from the right, a little more rather than less.
+struct Sides {
+    left_slope: vec3<f32>,
+    left_offset: vec3<f32>,
+    right_slope: vec3<f32>,
+    right_offset: vec3<f32>,
+}
+
+fn sides_of_triangle(projection: Projection, triangle: Triangle) -> Sides {
+    let a = vec3<f32>(triangle.edge0.x, triangle.edge1.x, triangle.edge2.x);
+    let b = vec3<f32>(triangle.edge0.y, triangle.edge1.y, triangle.edge2.y);
+    let c = vec3<f32>(triangle.edge0.z, triangle.edge1.z, triangle.edge2.z);
+    let is_left = a > vec3<f32>(0.0);
+    let is_right = a < vec3<f32>(0.0);
+    let inverse = 1.0 / select(vec3<f32>(1.0), a, is_left | is_right);
+    let slope = -b * inverse;
+    // Texel columns are at half-integers of the map, whose axis is at `centre`.
+    let offset = -c * inverse + projection.centre.x - 0.5;
+    let slack = 0.01 + 2e-6 * (abs(slope) * f32(projection.size.y) + abs(offset));
+    return Sides(
+        select(vec3<f32>(0.0), slope, is_left),
+        select(vec3<f32>(-1.0e6), offset - slack, is_left),
+        select(vec3<f32>(0.0), slope, is_right),
+        select(vec3<f32>(1.0e6), offset + slack, is_right),
+    );
+}
+
+fn span_of_row(projection: Projection, sides: Sides, bound: Bound, row: i32) -> vec2<i32> {
+    let y = f32(row) + 0.5 - projection.centre.y;
+    let left = sides.left_slope * y + sides.left_offset;
+    let right = sides.right_slope * y + sides.right_offset;
+    let first = max(max(left.x, left.y), max(left.z, f32(bound.first.x)));
+    let last = min(min(right.x, right.y), min(right.z, f32(bound.last.x)));
+    // Clamped, so that an edge along the row, whose crossing is at infinity, makes an empty span.
+    return vec2<i32>(vec2<f32>(ceil(min(first, 1.0e6)), floor(max(last, -1.0))));
+}
+
+fn store_if_covered(projection: Projection, triangle: Triangle, id: u32, x: i32, y: i32) {
+    let texel = vec2<f32>(f32(x), f32(y)) + 0.5 - projection.centre;
+    let e = vec3<f32>(
+        evaluate_edge(triangle.edge0, texel),
+        evaluate_edge(triangle.edge1, texel),
+        evaluate_edge(triangle.edge2, texel),
+    );
+    let on_plane = clamp(depth_on_plane(triangle.plane, texel), triangle.z_low, triangle.z_high);
+    let z = clamp_to_nearest(on_plane, projection.z_min);
+    if min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && z >= projection.z_min && z <= projection.z_max {
+        let depth = (z - projection.depth_offset) * projection.depth_scale;
+        store_texel(u32(y) * projection.size.x + u32(x), depth, id);
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn walk(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let job = job_uniform;
+    let projection = job.projection;
+    let count = min(atomicLoad(&counters.items), arrayLength(&items));
+    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    let end = min(start + GROUP * items_per_invocation, count);
+    var index = start;
+    var triangle: Triangle;
+    var sides: Sides;
+    var id = 0u;
+    var bound = Bound(vec2<i32>(0), vec2<i32>(-1));
+    var row = 0;
+    var x = 0;
+    var span = vec2<i32>(0, -1);
+    // Lanes in lockstep would wait for the largest of their items. Instead each walks a few texels,
+    // then those that are done take their next item while the others go on with theirs.
+    while index < end || row <= bound.last.y {
+        if row > bound.last.y {
+            let item = items[index];
+            index += GROUP;
+            id = item.triangle;
+            let corners = load_projected(projection, id);
+            triangle = triangle_from_projected(projection, item.triangle, corners[0], corners[1], corners[2]);
+            bound = bound_from_projected(projection, corners[0], corners[1], corners[2]);
+            if item.tile != WHOLE {
+                bound = bound_of_tile(bound, item.tile, 1 << fine_shift);
+            }
+            sides = sides_of_triangle(projection, triangle);
+            row = bound.first.y;
+            span = span_of_row(projection, sides, bound, row);
+            x = span.x;
+        }
+        for (var i = 0u; i < chunk; i += 1u) {
+            if row <= bound.last.y && x <= span.y {
+                store_if_covered(projection, triangle, id, x, row);
+            }
+            x += 1;
+            if x > span.y {
+                row += 1;
+                span = span_of_row(projection, sides, bound, row);
+                x = span.x;
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+// Box around the receivers that face the light, in the light's projection space, by a parallel
+// reduction; and how many pixels see a surface, and how many of them face the light.
+#import lib/receivers
+
+struct Bounds {
+    // Order-preserving integers of -q and +q: the largest of each; zero where no receiver faces the light.
+    extremes: array<atomic<u32>, 6>,
+    seen: atomic<u32>,
+    facing: atomic<u32>,
+}
+
+@group(0) @binding(3) var<storage, read_write> bounds: Bounds;
+
+const GROUP: u32 = 256u;
+override rows_per_invocation: u32 = 16u;
+
+var<workgroup> low: array<vec3<f32>, GROUP>;
+var<workgroup> high: array<vec3<f32>, GROUP>;
+var<workgroup> counts: array<vec2<u32>, GROUP>;
+
+fn ordered_from_float(value: f32) -> u32 {
+    let bits = bitcast<u32>(value);
+    return select(bits | 0x80000000u, ~bits, (bits >> 31u) == 1u);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let receivers = receivers_uniform;
+    var least = vec3<f32>(3.0e38);
+    var greatest = vec3<f32>(-3.0e38);
+    var count = vec2<u32>(0u);
+    let column = group.x * GROUP + local;
+    let first_row = group.y * rows_per_invocation;
+    for (var i = 0u; i < rows_per_invocation; i += 1u) {
+        let row = first_row + i;
+        if column < receivers.width && row < receivers.height {
+            let receiver = load_receiver(receivers, column, row);
+            if receiver.is_seen {
+                count.x += 1u;
+                if receiver.faces_light {
+                    count.y += 1u;
+                    least = min(least, receiver.q);
+                    greatest = max(greatest, receiver.q);
+                }
+            }
+        }
+    }
+    low[local] = least;
+    high[local] = greatest;
+    counts[local] = count;
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            low[local] = min(low[local], low[local + half]);
+            high[local] = max(high[local], high[local + half]);
+            counts[local] += counts[local + half];
+        }
+    }
+    if local == 0u && counts[0].x > 0u {
+        atomicAdd(&bounds.seen, counts[0].x);
+        if counts[0].y > 0u {
+            atomicAdd(&bounds.facing, counts[0].y);
+            for (var axis = 0u; axis < 3u; axis += 1u) {
+                atomicMax(&bounds.extremes[axis], ordered_from_float(-low[0][axis]));
+                atomicMax(&bounds.extremes[axis + 3u], ordered_from_float(high[0][axis]));
+            }
+        }
+    }
+}

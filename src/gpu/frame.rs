@@ -1,0 +1,291 @@
+//! A frame: passes recorded in order, each with a label that is also its timer's key.
+
+use super::Gpu;
+use super::pool::{self, PooledBuffer};
+use crate::error::{Error, Result};
+use bytemuck::Pod;
+use std::marker::PhantomData;
+use std::sync::Arc;
+use wgpu::BufferUsages;
+use wgpu::util::DeviceExt;
+
+/// GPU time of a pass in milliseconds, in the order of execution.
+pub type Timings = Vec<(&'static str, f64)>;
+
+/// At most this many passes in one submission.
+const MOST_PASSES: u32 = 64;
+
+/// Records passes and submits them; a frame may be submitted several times where the CPU needs an
+/// answer in between.
+pub struct Frame {
+    pub gpu: Arc<Gpu>,
+    encoder: wgpu::CommandEncoder,
+    queries: Option<wgpu::QuerySet>,
+    labels: Vec<&'static str>,
+    timings: Timings,
+    reads: Vec<PooledBuffer>,
+}
+
+/// A whole buffer to bind.
+pub fn buffer(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+    buffer.as_entire_binding()
+}
+
+/// A table to bind.
+pub fn table(view: &wgpu::TextureView) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::TextureView(view)
+}
+
+/// A buffer to be read after the submission.
+pub struct Read<T> {
+    index: usize,
+    count: usize,
+    element: PhantomData<T>,
+}
+
+/// What was read after a submission.
+pub struct ReadResults(Vec<PooledBuffer>);
+
+/// A binding of group 0 and its index.
+pub type Binding<'a> = (u32, wgpu::BindingResource<'a>);
+
+/// One dispatch of a pass.
+pub struct Dispatch<'a> {
+    pub pipeline: &'a wgpu::ComputePipeline,
+    /// Bindings of group 0, by their index.
+    pub bindings: &'a [Binding<'a>],
+    pub groups: Groups<'a>,
+}
+
+pub enum Groups<'a> {
+    /// At least this many workgroups, laid out so that no dimension exceeds the limit; the shader
+    /// takes `group.y * groups.x + group.x` as its index.
+    Linear(u64),
+    /// Columns and rows of workgroups.
+    Grid(u32, u32),
+    Indirect(&'a wgpu::Buffer),
+}
+
+impl Frame {
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        let queries = gpu.has_timestamps().then(|| {
+            gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("timestamps"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * MOST_PASSES,
+            })
+        });
+        Self {
+            gpu: gpu.clone(),
+            encoder: new_encoder(gpu),
+            queries,
+            labels: Vec::new(),
+            timings: Vec::new(),
+            reads: Vec::new(),
+        }
+    }
+
+    /// A storage buffer for one frame, its content undefined.
+    pub fn storage(&self, what: &str, size: u64) -> Result<PooledBuffer> {
+        let mut usage = BufferUsages::STORAGE
+            | BufferUsages::COPY_SRC
+            | BufferUsages::COPY_DST
+            | BufferUsages::INDIRECT;
+        if self.reads_in_place() {
+            usage |= BufferUsages::MAP_READ;
+        }
+        pool::scratch(&self.gpu, what, size, usage)
+    }
+
+    /// A uniform buffer with the value. Not pooled: it is written before the submission, so that no
+    /// other pass of the same submission may take it.
+    pub fn uniform<T: Pod>(&self, what: &str, value: &T) -> wgpu::Buffer {
+        self.gpu
+            .device
+            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(what),
+                contents: bytemuck::bytes_of(value),
+                usage: BufferUsages::UNIFORM,
+            })
+    }
+
+    /// Sets a buffer to zero.
+    pub fn clear(&mut self, buffer: &wgpu::Buffer) {
+        self.encoder.clear_buffer(buffer, 0, None);
+    }
+
+    /// Records a pass: its dispatches in order, timed together under the label.
+    pub fn pass(&mut self, label: &'static str, dispatches: &[Dispatch]) {
+        let bind_groups: Vec<_> = dispatches
+            .iter()
+            .map(|dispatch| {
+                let entries: Vec<_> = dispatch
+                    .bindings
+                    .iter()
+                    .map(|(binding, resource)| wgpu::BindGroupEntry {
+                        binding: *binding,
+                        resource: resource.clone(),
+                    })
+                    .collect();
+                self.gpu
+                    .device
+                    .create_bind_group(&wgpu::BindGroupDescriptor {
+                        label: Some(label),
+                        layout: &dispatch.pipeline.get_bind_group_layout(0),
+                        entries: &entries,
+                    })
+            })
+            .collect();
+        let query = 2 * self.labels.len() as u32;
+        assert!(query < 2 * MOST_PASSES, "too many passes in a submission");
+        self.labels.push(label);
+        let mut pass = self
+            .encoder
+            .begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(label),
+                timestamp_writes: self.queries.as_ref().map(|query_set| {
+                    wgpu::ComputePassTimestampWrites {
+                        query_set,
+                        beginning_of_pass_write_index: Some(query),
+                        end_of_pass_write_index: Some(query + 1),
+                    }
+                }),
+            });
+        for (dispatch, bind_group) in dispatches.iter().zip(&bind_groups) {
+            pass.set_pipeline(dispatch.pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            match dispatch.groups {
+                Groups::Linear(count) => {
+                    let widest = u64::from(self.gpu.limits.max_compute_workgroups_per_dimension);
+                    let rows = count.div_ceil(widest).max(1);
+                    pass.dispatch_workgroups(count.div_ceil(rows) as u32, rows as u32, 1);
+                }
+                Groups::Grid(columns, rows) => pass.dispatch_workgroups(columns, rows, 1),
+                Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+            }
+        }
+    }
+
+    /// Marks the first `count` elements of a storage buffer to be read after the next submission;
+    /// the buffer is given up, or copied where `keep` holds.
+    pub fn read<T: Pod>(&mut self, source: Source, count: usize) -> Result<Read<T>> {
+        let size = (count * size_of::<T>()) as u64;
+        let staging = match source {
+            Source::Taken(buffer) if self.reads_in_place() => buffer,
+            Source::Taken(ref buffer) => self.copy_to_staging(buffer, size)?,
+            Source::Kept(buffer) => self.copy_to_staging(buffer, size)?,
+        };
+        self.reads.push(staging);
+        Ok(Read {
+            index: self.reads.len() - 1,
+            count,
+            element: PhantomData,
+        })
+    }
+
+    fn reads_in_place(&self) -> bool {
+        let feature = wgpu::Features::MAPPABLE_PRIMARY_BUFFERS;
+        self.gpu.features.contains(feature)
+    }
+
+    fn copy_to_staging(&mut self, source: &wgpu::Buffer, size: u64) -> Result<PooledBuffer> {
+        let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+        let staging = pool::scratch(&self.gpu, "read-back", size, usage)?;
+        self.encoder
+            .copy_buffer_to_buffer(source, 0, &staging, 0, size);
+        Ok(staging)
+    }
+
+    /// Submits what was recorded and waits for what is to be read.
+    pub fn submit(&mut self) -> Result<ReadResults> {
+        let stamps = self.resolve_timestamps()?;
+        let encoder = std::mem::replace(&mut self.encoder, new_encoder(&self.gpu));
+        let submission = self.gpu.queue.submit([encoder.finish()]);
+        for buffer in &self.reads {
+            // A failure shows when the range is taken.
+            buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+        }
+        let waited = self.gpu.device.poll(wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: None,
+        });
+        self.gpu.take_error()?;
+        waited.map_err(|error| {
+            let name = &self.gpu.adapter.name;
+            Error::Device(format!("waiting for the device {name} failed: {error}"))
+        })?;
+        let results = ReadResults(std::mem::take(&mut self.reads));
+        if let Some(stamps) = stamps {
+            let ticks = results.take(&stamps)?;
+            let period = f64::from(self.gpu.queue.get_timestamp_period());
+            let labels = std::mem::take(&mut self.labels);
+            for (label, pair) in labels.into_iter().zip(ticks.chunks_exact(2)) {
+                let nanoseconds = pair[1].saturating_sub(pair[0]) as f64 * period;
+                self.add_time(label, nanoseconds * 1e-6);
+            }
+        }
+        self.labels.clear();
+        Ok(results)
+    }
+
+    fn resolve_timestamps(&mut self) -> Result<Option<Read<u64>>> {
+        let Some(queries) = self.queries.as_ref().filter(|_| !self.labels.is_empty()) else {
+            return Ok(None);
+        };
+        let count = 2 * self.labels.len() as u32;
+        let usage = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
+        let resolved = pool::scratch(
+            &self.gpu,
+            "timestamps",
+            u64::from(2 * MOST_PASSES) * 8,
+            usage,
+        )?;
+        self.encoder
+            .resolve_query_set(queries, 0..count, &resolved, 0);
+        self.read(Source::Kept(&resolved), count as usize).map(Some)
+    }
+
+    /// Adds time to a label; work of the CPU has its own labels.
+    pub fn add_time(&mut self, label: &'static str, milliseconds: f64) {
+        match self.timings.iter_mut().find(|(known, _)| *known == label) {
+            Some((_, time)) => *time += milliseconds,
+            None => self.timings.push((label, milliseconds)),
+        }
+    }
+
+    pub fn timings(self) -> Timings {
+        self.timings
+    }
+}
+
+/// A buffer to read: given up, so that it can be read in place, or copied.
+pub enum Source<'a> {
+    Taken(PooledBuffer),
+    Kept(&'a wgpu::Buffer),
+}
+
+impl ReadResults {
+    pub fn take<T: Pod>(&self, read: &Read<T>) -> Result<Vec<T>> {
+        let size = (read.count * size_of::<T>()) as u64;
+        let view = self.0[read.index].get_mapped_range(0..size);
+        let view = view.map_err(|error| Error::Device(format!("read-back failed: {error}")))?;
+        let mut values = vec![T::zeroed(); read.count];
+        bytemuck::cast_slice_mut(&mut values).copy_from_slice(&view);
+        Ok(values)
+    }
+}
+
+impl Drop for ReadResults {
+    fn drop(&mut self) {
+        for buffer in &self.0 {
+            buffer.unmap();
+        }
+    }
+}
+
+fn new_encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
+    gpu.device
+        .create_command_encoder(&wgpu::CommandEncoderDescriptor {
+            label: Some("lixel"),
+        })
+}

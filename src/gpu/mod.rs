@@ -1,0 +1,321 @@
+//! The device: one adapter for the process, its pipelines and its memory.
+
+pub mod frame;
+pub mod pool;
+pub mod scene_tables;
+pub mod shaders;
+
+use crate::error::{Error, Result};
+use pool::Pool;
+use shaders::Shader;
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+pub use wgpu::Limits;
+use wgpu::{Backends, DeviceType, Features};
+
+/// What the shaders cannot do without: the nearest (depth, triangle) of a texel is one 64-bit maximum.
+const REQUIRED_FEATURES: Features =
+    Features::SHADER_INT64.union(Features::SHADER_INT64_ATOMIC_MIN_MAX);
+
+/// What is used where it is there: times of passes, and reading results without a copy.
+const OPTIONAL_FEATURES: Features =
+    Features::TIMESTAMP_QUERY.union(Features::MAPPABLE_PRIMARY_BUFFERS);
+
+const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
+     (Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
+
+/// The device in use with everything made for it once.
+pub struct Gpu {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub adapter: AdapterDescription,
+    pub features: Features,
+    pub limits: wgpu::Limits,
+    is_cpu: bool,
+    pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::ComputePipeline>>>,
+    pool: Mutex<Pool>,
+    /// First error that no call returned; the frame that finds it fails with it.
+    error: Arc<Mutex<Option<String>>>,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+/// Name, type, backend and driver of an adapter: part of every result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdapterDescription {
+    pub name: String,
+    pub kind: String,
+    pub backend: String,
+    pub driver: String,
+}
+
+/// An adapter and what it can do, for `lixel info`.
+#[derive(Debug, Clone)]
+pub struct AdapterReport {
+    pub adapter: AdapterDescription,
+    pub missing_features: Vec<String>,
+    pub used_features: Vec<String>,
+    pub limits: wgpu::Limits,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+struct PipelineKey {
+    shader: Shader,
+    entry_point: &'static str,
+    constants: Vec<(&'static str, u64)>,
+}
+
+static GPU: LazyLock<Mutex<Option<Arc<Gpu>>>> = LazyLock::new(|| Mutex::new(None));
+
+/// The device of this process, made at the first call, and made anew after it was lost.
+pub fn gpu() -> Result<Arc<Gpu>> {
+    let mut current = lock(&GPU);
+    if let Some(gpu) = current.as_ref()
+        && lock(&gpu.lost).is_none()
+    {
+        return Ok(gpu.clone());
+    }
+    let gpu = Arc::new(Gpu::new()?);
+    *current = Some(gpu.clone());
+    Ok(gpu)
+}
+
+/// A panic while a lock was held does not make its data wrong here: every value is replaced whole.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+fn instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12;
+    // The validation layers are for lixel's own tests; indirect arguments are written by our shaders.
+    descriptor.flags = if cfg!(debug_assertions) {
+        wgpu::InstanceFlags::debugging()
+    } else {
+        wgpu::InstanceFlags::empty()
+    };
+    wgpu::Instance::new(descriptor.with_env())
+}
+
+/// Every adapter of this machine, the one that would be used first.
+pub fn adapters() -> Vec<AdapterReport> {
+    ranked_adapters().iter().map(report).collect()
+}
+
+fn report(adapter: &wgpu::Adapter) -> AdapterReport {
+    let features = adapter.features();
+    AdapterReport {
+        adapter: describe(&adapter.get_info()),
+        missing_features: names(REQUIRED_FEATURES - features),
+        used_features: names((REQUIRED_FEATURES | used_features(adapter)) & features),
+        limits: adapter.limits(),
+    }
+}
+
+fn names(features: Features) -> Vec<String> {
+    features
+        .iter_names()
+        .map(|(name, _)| name.to_string())
+        .collect()
+}
+
+fn used_features(adapter: &wgpu::Adapter) -> Features {
+    let shares_memory = matches!(
+        adapter.get_info().device_type,
+        DeviceType::Cpu | DeviceType::IntegratedGpu
+    );
+    let mut wanted = REQUIRED_FEATURES | OPTIONAL_FEATURES;
+    // Across a bus, reading storage in place is slower than a copy.
+    wanted.set(Features::MAPPABLE_PRIMARY_BUFFERS, shares_memory);
+    wanted & adapter.features()
+}
+
+fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {
+    AdapterDescription {
+        name: info.name.clone(),
+        kind: format!("{:?}", info.device_type),
+        backend: info.backend.to_string(),
+        driver: format!("{} {}", info.driver, info.driver_info)
+            .trim()
+            .to_string(),
+    }
+}
+
+/// Vulkan before other backends, discrete GPUs before integrated ones before software. The
+/// environment variable WGPU_ADAPTER_NAME (a part of the name, any case) narrows the choice.
+fn ranked_adapters() -> Vec<wgpu::Adapter> {
+    let wanted = std::env::var("WGPU_ADAPTER_NAME").map(|name| name.to_lowercase());
+    let mut adapters: Vec<_> = pollster::block_on(instance().enumerate_adapters(Backends::all()))
+        .into_iter()
+        .filter(|adapter| {
+            let name = adapter.get_info().name.to_lowercase();
+            wanted.as_ref().map_or(true, |wanted| name.contains(wanted))
+        })
+        .collect();
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        let is_usable = adapter.features().contains(REQUIRED_FEATURES);
+        let kind = match info.device_type {
+            DeviceType::DiscreteGpu => 0,
+            DeviceType::IntegratedGpu => 1,
+            DeviceType::VirtualGpu => 2,
+            DeviceType::Cpu => 3,
+            DeviceType::Other => 4,
+        };
+        (!is_usable, kind, info.backend != wgpu::Backend::Vulkan)
+    });
+    adapters
+}
+
+impl Gpu {
+    fn new() -> Result<Self> {
+        let Some(adapter) = ranked_adapters().into_iter().next() else {
+            return Err(Error::Device(match std::env::var("WGPU_ADAPTER_NAME") {
+                Ok(name) => format!(
+                    "no GPU adapter has {name:?} in its name (environment variable WGPU_ADAPTER_NAME)"
+                ),
+                Err(_) => format!("no GPU adapter found; {HOW_TO_INSTALL}"),
+            }));
+        };
+        let description = describe(&adapter.get_info());
+        let missing = REQUIRED_FEATURES - adapter.features();
+        if !missing.is_empty() {
+            return Err(Error::Device(format!(
+                "the adapter {} ({}) lacks {}; {HOW_TO_INSTALL}",
+                description.name,
+                description.driver,
+                names(missing).join(", ")
+            )));
+        }
+        let limits = adapter.limits();
+        let features = used_features(&adapter);
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("lixel"),
+            required_features: features,
+            required_limits: limits.clone(),
+            ..Default::default()
+        }))
+        .map_err(|error| {
+            Error::Device(format!(
+                "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
+                description.name, description.driver
+            ))
+        })?;
+        let error = Arc::new(Mutex::new(None));
+        let first_error = error.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            lock(&first_error).get_or_insert_with(|| error.to_string());
+        }));
+        let lost = Arc::new(Mutex::new(None));
+        let why_lost = lost.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            lock(&why_lost).get_or_insert_with(|| format!("{reason:?}: {message}"));
+        });
+        Ok(Self {
+            device,
+            queue,
+            adapter: description,
+            features,
+            limits,
+            is_cpu: adapter.get_info().device_type == DeviceType::Cpu,
+            pipelines: Mutex::default(),
+            pool: Mutex::default(),
+            error,
+            lost,
+        })
+    }
+
+    pub fn has_timestamps(&self) -> bool {
+        self.features.contains(Features::TIMESTAMP_QUERY)
+    }
+
+    /// The largest number of bytes that one storage buffer may hold for a shader.
+    pub fn largest_storage(&self) -> u64 {
+        self.limits
+            .max_storage_buffer_binding_size
+            .min(self.limits.max_buffer_size)
+    }
+
+    /// How much an invocation does one after the other: a GPU wants many invocations, a CPU few.
+    pub fn work_per_invocation(&self, on_gpu: u32, on_cpu: u32) -> u32 {
+        if self.is_cpu { on_cpu } else { on_gpu }
+    }
+
+    /// Names of the optional and required features in use.
+    pub fn feature_names(&self) -> Vec<String> {
+        names(self.features)
+    }
+
+    /// Takes the error that no call returned, if there is one.
+    fn take_error(&self) -> Result<()> {
+        if let Some(reason) = lock(&self.lost).clone() {
+            return Err(Error::Device(format!(
+                "the device {} was lost ({reason}); the next call takes a new one",
+                self.adapter.name
+            )));
+        }
+        match lock(&self.error).take() {
+            Some(message) => Err(Error::Device(format!(
+                "the device {} ({}) refused: {message}",
+                self.adapter.name, self.adapter.driver
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The compiled entry point of a shader, made at first use.
+    pub fn pipeline(
+        &self,
+        shader: Shader,
+        entry_point: &'static str,
+        constants: &[(&'static str, f64)],
+    ) -> Arc<wgpu::ComputePipeline> {
+        let key = PipelineKey {
+            shader,
+            entry_point,
+            constants: constants.iter().map(|&(n, v)| (n, v.to_bits())).collect(),
+        };
+        lock(&self.pipelines)
+            .entry(key)
+            .or_insert_with(|| Arc::new(self.compile(shader, entry_point, constants)))
+            .clone()
+    }
+
+    fn compile(
+        &self,
+        shader: Shader,
+        entry_point: &str,
+        constants: &[(&str, f64)],
+    ) -> wgpu::ComputePipeline {
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(shader.file),
+            source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
+        };
+        // Bounds checks and loop counters cost up to 100 times in inner loops; the tests run with them.
+        let module = if std::env::var_os("LIXEL_CHECKED_SHADERS").is_some() {
+            self.device.create_shader_module(descriptor)
+        } else {
+            // SAFETY: the shaders are this crate's own; every index is bounded by the length of its
+            // array or by what the host wrote, and every loop ends.
+            unsafe {
+                self.device.create_shader_module_trusted(
+                    descriptor,
+                    wgpu::ShaderRuntimeChecks::unchecked(),
+                )
+            }
+        };
+        self.device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(&format!("{} {entry_point}", shader.file)),
+                layout: None,
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    zero_initialize_workgroup_memory: true,
+                },
+                cache: None,
+            })
+    }
+}

@@ -1,0 +1,174 @@
+//! The scene on the device.
+
+use super::Gpu;
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use bytemuck::Zeroable;
+use glam::{DVec3, UVec4, Vec3, Vec4};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Triangles as the shaders read them, see `shaders/lib/triangles.wgsl`.
+pub struct SceneTables {
+    pub vertex_indices: wgpu::TextureView,
+    pub positions_high: wgpu::TextureView,
+    /// One zero where `has_low_parts` is false.
+    pub positions_low: wgpu::TextureView,
+    pub has_low_parts: bool,
+    pub unit_normals: wgpu::TextureView,
+    /// Positions are relative to this point.
+    pub origin: DVec3,
+    pub triangle_count: u32,
+    pub generation: u64,
+}
+
+/// Elements in a row of a table, as in `shaders/lib/tables.wgsl`.
+const ROW: usize = 1 << 12;
+
+impl SceneTables {
+    pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
+        let (origin, has_low_parts) = choose_origin(scene);
+        let (high, low) = split_positions(scene, origin, has_low_parts);
+        let floats = wgpu::TextureFormat::Rgba32Float;
+        let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
+        let table = |what, format, count| new_table(gpu, what, format, count);
+        let tables = Self {
+            vertex_indices: table("faces", whole_numbers, scene.triangles().len())?,
+            positions_high: table("vertices", floats, high.len())?,
+            positions_low: table("vertices, low parts", floats, low.len())?,
+            has_low_parts,
+            unit_normals: table("normals", floats, scene.triangles().len())?,
+            origin,
+            triangle_count: scene.triangles().len() as u32,
+            generation: scene.generation(),
+        };
+        tables.write(gpu, scene, high, low);
+        Ok(tables)
+    }
+
+    /// Brings the tables up to date after `Scene::update_vertices`; the memory stays where it can.
+    pub fn update(&mut self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<()> {
+        let (origin, has_low_parts) = choose_origin(scene);
+        if has_low_parts != self.has_low_parts {
+            *self = Self::new(gpu, scene)?;
+            return Ok(());
+        }
+        let (high, low) = split_positions(scene, origin, has_low_parts);
+        self.write(gpu, scene, high, low);
+        self.origin = origin;
+        self.generation = scene.generation();
+        Ok(())
+    }
+
+    fn write(&self, gpu: &Gpu, scene: &Scene, high: Vec<Vec4>, low: Vec<Vec4>) {
+        write_table(gpu, &self.positions_high, high);
+        write_table(gpu, &self.positions_low, low);
+        let normals = scene.unit_normals().par_iter();
+        write_table(
+            gpu,
+            &self.unit_normals,
+            normals.map(|n| n.extend(0.0)).collect(),
+        );
+        // Which triangles have no area may have changed.
+        write_table(gpu, &self.vertex_indices, vertex_indices(scene));
+    }
+}
+
+fn new_table(
+    gpu: &Gpu,
+    what: &str,
+    format: wgpu::TextureFormat,
+    count: usize,
+) -> Result<wgpu::TextureView> {
+    let rows = count.div_ceil(ROW) as u64;
+    let most = u64::from(gpu.limits.max_texture_dimension_2d);
+    if rows > most {
+        return Err(Error::Device(format!(
+            "the scene's {what} have {count} rows, the device {} allows {}",
+            gpu.adapter.name,
+            most * ROW as u64
+        )));
+    }
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(what),
+        size: wgpu::Extent3d {
+            width: ROW as u32,
+            height: rows as u32,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+}
+
+fn write_table<T: bytemuck::Pod>(gpu: &Gpu, table: &wgpu::TextureView, mut values: Vec<T>) {
+    values.resize(values.len().next_multiple_of(ROW), T::zeroed());
+    gpu.queue.write_texture(
+        table.texture().as_image_copy(),
+        bytemuck::cast_slice(&values),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some((ROW * size_of::<T>()) as u32),
+            rows_per_image: None,
+        },
+        table.texture().size(),
+    );
+}
+
+/// Triangles of zero area shrink to one vertex, which the rasterizer leaves out whatever it rounds.
+fn vertex_indices(scene: &Scene) -> Vec<UVec4> {
+    scene
+        .triangles()
+        .par_iter()
+        .zip(scene.unit_normals())
+        .map(|(triangle, normal)| {
+            let [a, b, c] = *triangle;
+            if *normal == Vec3::ZERO {
+                UVec4::splat(a)
+            } else {
+                UVec4::new(a, b, c, 0)
+            }
+        })
+        .collect()
+}
+
+/// Coordinates that float32 holds (all that most files have) need no low parts and keep the world's
+/// origin; others are taken relative to the middle of the scene.
+fn choose_origin(scene: &Scene) -> (DVec3, bool) {
+    let is_single = scene
+        .vertices()
+        .par_iter()
+        .all(|v| v.as_vec3().as_dvec3() == *v);
+    if is_single {
+        (DVec3::ZERO, false)
+    } else {
+        let (low, high) = scene.bounds();
+        (low + 0.5 * (high - low), true)
+    }
+}
+
+fn split_positions(scene: &Scene, origin: DVec3, has_low_parts: bool) -> (Vec<Vec4>, Vec<Vec4>) {
+    let vertices = scene.vertices().par_iter();
+    if has_low_parts {
+        vertices
+            .map(|v| {
+                let (high, low) = double_single(*v - origin);
+                (high.extend(0.0), low.extend(0.0))
+            })
+            .unzip()
+    } else {
+        let high = vertices.map(|v| v.as_vec3().extend(0.0)).collect();
+        (high, vec![Vec4::zeroed()])
+    }
+}
+
+/// A float64 vector as the sum of two float32 ones.
+pub fn double_single(v: DVec3) -> (Vec3, Vec3) {
+    let high = v.as_vec3();
+    (high, (v - high.as_dvec3()).as_vec3())
+}

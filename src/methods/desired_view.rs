@@ -1,0 +1,73 @@
+//! Desired view: one map over the box of the receivers that the camera sees and the light can reach.
+//!
+//! A parallel reduction over the visibility buffer finds the box; what is not seen takes no texel.
+//!
+//! Stefan Brabec, Thomas Annen, Hans-Peter Seidel. Practical shadow mapping. Journal of Graphics
+//! Tools 7(4), 2002, section 3. It is the "desired view" of Paul Rosen. Rectilinear texture warping
+//! for fast adaptive shadow mapping. I3D 2012, section 5.
+//!
+//! Parameters: those of every map.
+//!
+//! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
+
+use super::parallel_fit::{axes_at, fit_box, projected_box};
+use super::parameters::position_rounding;
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use crate::error::Result;
+use crate::light::Light;
+use crate::passes::shadow_map;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesiredView {
+    pub map: MapParameters,
+}
+
+impl ShadowMethod for DesiredView {
+    const NAME: &'static str = "desired_view";
+    const TITLE: &'static str = "Desired view";
+    const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
+         mapping. Journal of Graphics Tools 7(4).";
+
+    fn defaults() -> Vec<(&'static str, Value)> {
+        MapParameters::defaults()
+    }
+
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters)?;
+        Ok(Self { map })
+    }
+
+    fn record(&self, view: &mut View) -> Result<Recorded> {
+        let Light::Directional { direction } = *view.light;
+        // Around the eye float32 resolves what the camera sees best.
+        let axes = axes_at(view.camera.eye, direction);
+        let Some(receivers) = view.receiver_bounds(&axes)? else {
+            // Whatever is seen faces away from the light: there is nothing to look up.
+            view.skip(shadow_map::LABEL);
+            let visibility = view.all_in_shadow()?;
+            return Ok(Recorded {
+                visibility,
+                layers: vec![],
+            });
+        };
+
+        let casters = projected_box(&axes, view.scene.bounds());
+        let rounding = receiver_rounding(receivers);
+        let projection = fit_box(&axes, receivers, casters.0.z, self.map.resolution, rounding);
+
+        let bias = self
+            .map
+            .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
+        let layer = view.shadow_map(projection)?;
+        let visibility = view.lookup(&layer, bias)?;
+        Ok(Recorded {
+            visibility,
+            layers: vec![layer],
+        })
+    }
+}
+
+/// How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
+fn receiver_rounding((low, high): (glam::DVec3, glam::DVec3)) -> f64 {
+    4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length()
+}

@@ -1,0 +1,257 @@
+//! Parameters of methods: names to values, checked with errors that name the parameter.
+
+use crate::error::{Error, Result, ensure_value};
+use crate::passes::lookup::DepthBias;
+use crate::projection::Projection;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// A value of a parameter, as Python has it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    None,
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    Text(String),
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::None => write!(f, "None"),
+            Self::Bool(value) => write!(f, "{value}"),
+            Self::Int(value) => write!(f, "{value}"),
+            Self::Float(value) => write!(f, "{value}"),
+            Self::Text(value) => write!(f, "{value:?}"),
+        }
+    }
+}
+
+/// Parameters by name. Each is taken once.
+#[derive(Debug, Clone, Default)]
+pub struct Parameters(BTreeMap<String, Value>);
+
+impl FromIterator<(String, Value)> for Parameters {
+    fn from_iter<I: IntoIterator<Item = (String, Value)>>(values: I) -> Self {
+        Self(values.into_iter().collect())
+    }
+}
+
+impl Parameters {
+    /// Fills in the defaults; a name that has none is unknown.
+    pub fn with_defaults(mut self, method: &str, defaults: Vec<(&str, Value)>) -> Result<Self> {
+        if let Some(unknown) = self
+            .0
+            .keys()
+            .find(|k| !defaults.iter().any(|(d, _)| d == k))
+        {
+            let known: Vec<_> = defaults.iter().map(|(name, _)| *name).collect();
+            return Err(Error::Value(format!(
+                "method {method:?} has the parameters {}, got {unknown:?}",
+                known.join(", ")
+            )));
+        }
+        for (name, value) in defaults {
+            self.0.entry(name.to_string()).or_insert(value);
+        }
+        Ok(self)
+    }
+
+    fn take(&mut self, name: &str) -> Value {
+        self.0
+            .remove(name)
+            .expect("every parameter has a default and is taken once")
+    }
+
+    /// A number of texels along the side of a map.
+    pub fn take_resolution(&mut self, name: &str) -> Result<u32> {
+        match self.take(name) {
+            Value::Int(value) if (1..=i64::from(LARGEST_RESOLUTION)).contains(&value) => {
+                Ok(value as u32)
+            }
+            value => Err(Error::Value(format!(
+                "{name} must be a whole number of texels from 1 to {LARGEST_RESOLUTION}, got {value}"
+            ))),
+        }
+    }
+
+    /// A number that is finite and not negative.
+    pub fn take_non_negative(&mut self, name: &str) -> Result<f64> {
+        let value = self.take(name);
+        let number = match value {
+            Value::Float(number) => number,
+            Value::Int(number) => number as f64,
+            _ => f64::NAN,
+        };
+        ensure_value!(
+            number.is_finite() && number >= 0.0,
+            "{name} must be a finite number, at least 0, got {value}"
+        );
+        Ok(number)
+    }
+
+    /// As `take_non_negative`, or `None`.
+    pub fn take_optional(&mut self, name: &str) -> Result<Option<f64>> {
+        if self.0.get(name) == Some(&Value::None) {
+            self.take(name);
+            return Ok(None);
+        }
+        self.take_non_negative(name).map(Some)
+    }
+
+    /// One of a few words.
+    pub fn take_choice<T: Copy>(&mut self, name: &str, choices: &[(&str, T)]) -> Result<T> {
+        let value = self.take(name);
+        if let Value::Text(text) = &value
+            && let Some((_, choice)) = choices.iter().find(|(known, _)| known == text)
+        {
+            return Ok(*choice);
+        }
+        let known: Vec<_> = choices.iter().map(|(known, _)| *known).collect();
+        Err(Error::Value(format!(
+            "{name} must be one of {}, got {value}",
+            known.join(", ")
+        )))
+    }
+}
+
+/// Beyond this a map's texels would not count in 32 bits.
+const LARGEST_RESOLUTION: u32 = 32768;
+
+/// Parameters of every method that has a shadow map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapParameters {
+    /// Texels along each side.
+    pub resolution: u32,
+    pub bias: Bias,
+    /// World units; `None` for the default of the kind of bias.
+    pub constant_bias: Option<f64>,
+    /// Texels.
+    pub slope_bias: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bias {
+    /// The receiver's plane on the texel's ray, less the width of a texel and a bound of the rounding.
+    Auto,
+    Constant,
+    Slope,
+    ReceiverPlane,
+}
+
+const BIASES: &[(&str, Bias)] = &[
+    ("auto", Bias::Auto),
+    ("constant", Bias::Constant),
+    ("slope", Bias::Slope),
+    ("receiver_plane", Bias::ReceiverPlane),
+];
+
+impl MapParameters {
+    pub fn defaults() -> Vec<(&'static str, Value)> {
+        vec![
+            ("resolution", Value::Int(1024)),
+            ("bias", Value::Text("auto".to_string())),
+            ("constant_bias", Value::None),
+            ("slope_bias", Value::Float(1.0)),
+        ]
+    }
+
+    pub fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        Ok(Self {
+            resolution: parameters.take_resolution("resolution")?,
+            bias: parameters.take_choice("bias", BIASES)?,
+            constant_bias: parameters.take_optional("constant_bias")?,
+            slope_bias: parameters.take_non_negative("slope_bias")?,
+        })
+    }
+
+    /// The bias of a map, whose positions are known to `rounding`.
+    pub fn depth_bias(&self, projection: &Projection, rounding: f64) -> DepthBias {
+        let steps = projection.steps();
+        let texel_width = steps.x_axis.length().max(steps.y_axis.length());
+        let plane = DepthBias {
+            constant: 0.0,
+            slope: 0.0,
+            receiver_plane: true,
+            rounding,
+        };
+        let fixed = DepthBias {
+            receiver_plane: false,
+            ..plane
+        };
+        match self.bias {
+            // Where triangles meet at an angle, a texel's ray meets the neighbour, off the receiver's
+            // plane by about a texel. Measured over 16 views of 8 scenes: one texel leaves a quarter
+            // of the wrong pixels of none, and no choice from half of one to four leaves fewer than
+            // nine tenths of what one does.
+            Bias::Auto => DepthBias {
+                constant: texel_width,
+                ..plane
+            },
+            Bias::Constant => DepthBias {
+                constant: self.constant_bias.unwrap_or(texel_width),
+                rounding: 0.0,
+                ..fixed
+            },
+            Bias::Slope => DepthBias {
+                constant: self.constant_bias.unwrap_or(0.0),
+                slope: self.slope_bias,
+                ..fixed
+            },
+            Bias::ReceiverPlane => DepthBias {
+                constant: self.constant_bias.unwrap_or(0.0),
+                ..plane
+            },
+        }
+    }
+}
+
+/// A bound of the error of a float32 position in the light's space: positions are sums of a few
+/// terms, none larger than the distance of the eye and the size of the map's box together.
+pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
+    let steps = projection.steps();
+    let size = DVec3::new(
+        steps.x_axis.length() * f64::from(projection.width),
+        steps.y_axis.length() * f64::from(projection.height),
+        projection.far - projection.near,
+    );
+    let scale = (eye - projection.origin).length() + size.length();
+    8.0 * f64::from(f32::EPSILON / 2.0) * scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::Method;
+
+    fn message(name: &str, value: Value) -> String {
+        let parameters = Parameters::from_iter([(name.to_string(), value)]);
+        Method::new("uniform", parameters).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn errors_name_parameter_rule_and_value() {
+        for (name, value, got) in [
+            ("resolution", Value::Int(0), "got 0"),
+            ("resolution", Value::Float(1.5), "got 1.5"),
+            ("resolution", Value::Int(1 << 40), "got 1099511627776"),
+            ("bias", Value::Text("none".into()), "got \"none\""),
+            ("slope_bias", Value::Float(-1.0), "got -1"),
+            ("constant_bias", Value::Float(f64::NAN), "got NaN"),
+            ("colour", Value::Int(1), "got \"colour\""),
+        ] {
+            let message = message(name, value);
+            assert!(message.contains(got), "{message}");
+            assert!(name == "colour" || message.starts_with(name), "{message}");
+        }
+    }
+
+    #[test]
+    fn unknown_methods_are_answered_with_the_known_ones() {
+        let error = Method::new("best", Parameters::default()).unwrap_err();
+        for method in Method::list() {
+            assert!(error.to_string().contains(method.name), "{error}");
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! What a method sees of a frame, and what it gives back.
+
+use crate::camera::Camera;
+use crate::error::Result;
+use crate::gpu::frame::{Frame, Read, ReadResults};
+use crate::gpu::pool::PooledBuffer;
+use crate::light::Light;
+use crate::passes::lookup::{self, DepthBias};
+use crate::passes::rasterize::Counters;
+use crate::passes::receivers::{self, Bounds};
+use crate::passes::{Inputs, shadow_map};
+use crate::projection::Projection;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// A frame in the making: the passes, bound to the scene, camera and light.
+pub struct View<'a> {
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub light: &'a Light,
+    frame: Frame,
+    inputs: Inputs<'a>,
+    visibility_buffer: &'a wgpu::Buffer,
+    /// Counters of rasterized maps that the next submission brings.
+    pending: Vec<(&'static str, Read<Counters>)>,
+    counters: Vec<(&'static str, Counters)>,
+    bounds: Option<Bounds>,
+    skipped: Vec<&'static str>,
+}
+
+/// A layer of a shadow map.
+pub struct Layer {
+    pub projection: Projection,
+    pub texels: PooledBuffer,
+}
+
+/// What a method recorded: the visibility image and the layers it was looked up in. A layer that no
+/// receiver needs is not there.
+pub struct Recorded {
+    pub visibility: PooledBuffer,
+    pub layers: Vec<Layer>,
+}
+
+/// What a submitted frame knows about itself.
+pub struct Finished {
+    pub frame: Frame,
+    pub counters: Vec<(&'static str, Counters)>,
+    pub bounds: Option<Bounds>,
+    pub skipped: Vec<&'static str>,
+}
+
+impl<'a> View<'a> {
+    pub fn new(
+        frame: Frame,
+        inputs: Inputs<'a>,
+        scene: &'a Scene,
+        light: &'a Light,
+        visibility_buffer: &'a wgpu::Buffer,
+    ) -> Self {
+        Self {
+            scene,
+            camera: inputs.camera,
+            light,
+            frame,
+            inputs,
+            visibility_buffer,
+            pending: Vec::new(),
+            counters: Vec::new(),
+            bounds: None,
+            skipped: Vec::new(),
+        }
+    }
+
+    /// The box around the receivers that face the light, in the axes of the projection. Submits what
+    /// was recorded so far.
+    pub fn receiver_bounds(&mut self, projection: &Projection) -> Result<Option<(DVec3, DVec3)>> {
+        let Light::Directional { direction } = self.light;
+        let bounds = receivers::receivers(
+            &mut self.frame,
+            self.inputs,
+            self.visibility_buffer,
+            *direction,
+            projection,
+        )?;
+        let results = self.submit()?;
+        let bounds = results.take(&bounds)?[0];
+        self.bounds = Some(bounds);
+        Ok(bounds.corners())
+    }
+
+    /// A layer of a shadow map through the projection.
+    pub fn shadow_map(&mut self, projection: Projection) -> Result<Layer> {
+        let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, &projection)?;
+        self.keep_counters(shadow_map::LABEL, rasterized.counters);
+        Ok(Layer {
+            projection,
+            texels: rasterized.texels,
+        })
+    }
+
+    /// The visibility image by depth comparison.
+    pub fn lookup(&mut self, layer: &Layer, bias: DepthBias) -> Result<PooledBuffer> {
+        let Light::Directional { direction } = self.light;
+        lookup::lookup(
+            &mut self.frame,
+            self.inputs,
+            self.visibility_buffer,
+            *direction,
+            &layer.projection,
+            &layer.texels,
+            bias,
+        )
+    }
+
+    /// The visibility image where no receiver faces the light.
+    pub fn all_in_shadow(&mut self) -> Result<PooledBuffer> {
+        let Light::Directional { direction } = self.light;
+        lookup::all_in_shadow(
+            &mut self.frame,
+            self.inputs,
+            self.visibility_buffer,
+            *direction,
+        )
+    }
+
+    /// Names a stage that this frame does not need.
+    pub fn skip(&mut self, stage: &'static str) {
+        self.skipped.push(stage);
+    }
+
+    /// Counters to be taken after the next submission.
+    pub(crate) fn keep_counters(&mut self, label: &'static str, counters: Read<Counters>) {
+        self.pending.push((label, counters));
+    }
+
+    pub(crate) fn frame(&mut self) -> &mut Frame {
+        &mut self.frame
+    }
+
+    pub(crate) fn submit(&mut self) -> Result<ReadResults> {
+        let results = self.frame.submit()?;
+        for (label, read) in self.pending.drain(..) {
+            self.counters.push((label, results.take(&read)?[0]));
+        }
+        Ok(results)
+    }
+
+    pub(crate) fn finish(self) -> Finished {
+        Finished {
+            frame: self.frame,
+            counters: self.counters,
+            bounds: self.bounds,
+            skipped: self.skipped,
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The passes. Each is a function from handles to a handle; one pass is one file, one label and one
+//! timer key, and passes belong to the house, not to a method.
+
+pub mod lookup;
+pub mod rasterize;
+pub mod receivers;
+pub mod shadow_map;
+pub mod visibility;
+
+use crate::camera::Camera;
+use crate::gpu::scene_tables::SceneTables;
+use crate::projection::Projection;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+/// As `Receivers` in `shaders/lib/receivers.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct ReceiversUniform {
+    ray_x: [f32; 3],
+    width: u32,
+    ray_y: [f32; 3],
+    height: u32,
+    ray_z: [f32; 3],
+    rounding: f32,
+    centre: [f32; 2],
+    constant_bias: f32,
+    slope_bias: f32,
+    light_direction: [f32; 3],
+    receiver_plane: f32,
+    light_x: [f32; 4],
+    light_y: [f32; 4],
+    light_z: [f32; 4],
+}
+
+impl ReceiversUniform {
+    /// The camera's pixels seen in the projection space of a light.
+    pub fn new(camera: &Camera, light_direction: DVec3, projection: &Projection) -> Self {
+        let ray_x = camera.right / camera.focal.x;
+        let ray_y = -camera.up / camera.focal.y;
+        let ray_z = camera.forward;
+        // Products of float64 matrices, rounded once.
+        let row = |axis: DVec3| {
+            [
+                axis.dot(ray_x),
+                axis.dot(ray_y),
+                axis.dot(ray_z),
+                axis.dot(camera.eye - projection.origin),
+            ]
+            .map(|v| v as f32)
+        };
+        Self {
+            ray_x: ray_x.as_vec3().to_array(),
+            width: camera.width,
+            ray_y: ray_y.as_vec3().to_array(),
+            height: camera.height,
+            ray_z: ray_z.as_vec3().to_array(),
+            rounding: 0.0,
+            centre: camera.centre.as_vec2().to_array(),
+            constant_bias: 0.0,
+            slope_bias: 0.0,
+            light_direction: light_direction.as_vec3().to_array(),
+            receiver_plane: 0.0,
+            light_x: row(projection.x_axis),
+            light_y: row(projection.y_axis),
+            light_z: row(projection.z_axis),
+        }
+    }
+}
+
+/// What every pass of a frame reads.
+#[derive(Clone, Copy)]
+pub struct Inputs<'a> {
+    pub scene: &'a SceneTables,
+    pub camera: &'a Camera,
+}

@@ -1,0 +1,204 @@
+//! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`.
+
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shaders::Shader;
+use crate::projection::{Kind, Projection, ProjectionUniform};
+use bytemuck::{Pod, Zeroable};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What a texel keeps of the nearest triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// 32 bits: the depth.
+    Depth,
+    /// 64 bits: the depth and the triangle.
+    DepthTriangle,
+}
+
+/// As `Counters` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct Counters {
+    /// Items of work: small triangles, and tiles of large ones.
+    pub items: u32,
+    /// Coarse tiles of large triangles.
+    pub coarse_tiles: u32,
+    /// Triangles whose bound holds no texel centre, those of zero area among them.
+    pub outside: u32,
+    /// Triangles outside the range of depths.
+    pub behind: u32,
+}
+
+/// As `Job` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct JobUniform {
+    projection: ProjectionUniform,
+    triangle_count: u32,
+    coarse_shift: u32,
+    padding: [u32; 2],
+}
+
+/// A map with its texels and, after the next submission, its counters.
+pub struct Rasterized {
+    pub texels: PooledBuffer,
+    pub counters: Read<Counters>,
+}
+
+const ITEM_BYTES: u64 = 8;
+
+/// Items and coarse tiles beyond one for each triangle that the next frame makes room for. Grows when
+/// a frame needed more; such a frame is rendered again.
+static SPARE_ITEMS: AtomicU64 = AtomicU64::new(1 << 16);
+
+fn item_capacity(triangle_count: u32) -> u64 {
+    u64::from(triangle_count) + SPARE_ITEMS.load(Ordering::Relaxed)
+}
+
+/// The shader for the kind of projection and target.
+fn shader(kind: Kind, target: Target) -> Shader {
+    const PARALLEL: (&str, &str) = ("projection", "projection/parallel");
+    const PERSPECTIVE: (&str, &str) = ("projection", "projection/perspective");
+    const DEPTH: (&str, &str) = ("target", "target/depth");
+    const DEPTH_TRIANGLE: (&str, &str) = ("target", "target/depth_triangle");
+    Shader {
+        file: "rasterize",
+        slots: match (kind, target) {
+            (Kind::Parallel, Target::Depth) => &[PARALLEL, DEPTH],
+            (Kind::Parallel, Target::DepthTriangle) => &[PARALLEL, DEPTH_TRIANGLE],
+            (Kind::Perspective, Target::Depth) => &[PERSPECTIVE, DEPTH],
+            (Kind::Perspective, Target::DepthTriangle) => &[PERSPECTIVE, DEPTH_TRIANGLE],
+        },
+    }
+}
+
+/// Records the pass under the label.
+pub fn rasterize(
+    frame: &mut Frame,
+    label: &'static str,
+    scene: &SceneTables,
+    projection: &Projection,
+    target: Target,
+) -> Result<Rasterized> {
+    let texel_bytes = match target {
+        Target::Depth => 4,
+        Target::DepthTriangle => 8,
+    };
+    let texels = frame.storage(label, projection.texel_count() as u64 * texel_bytes)?;
+    let capacity = item_capacity(scene.triangle_count);
+    let items = frame.storage("items of work", capacity * ITEM_BYTES)?;
+    let coarse_tiles = frame.storage("coarse tiles", capacity * ITEM_BYTES)?;
+    let counters = frame.storage("counters", size_of::<Counters>() as u64)?;
+    let split_groups = frame.storage("workgroups of split", 12)?;
+    let walk_groups = frame.storage("workgroups of walk", 12)?;
+    frame.clear(&texels);
+    frame.clear(&counters);
+
+    let shader = shader(projection.kind, target);
+    let gpu = frame.gpu.clone();
+    let per_invocation = gpu.work_per_invocation(1, 64);
+    let has_low_parts = ("has_low_parts", f64::from(u8::from(scene.has_low_parts)));
+    let items_per_invocation = ("items_per_invocation", f64::from(per_invocation));
+    let bin = gpu.pipeline(shader, "bin", &[has_low_parts, items_per_invocation]);
+    let prepare_split = gpu.pipeline(shader, "prepare_split", &[]);
+    let split = gpu.pipeline(shader, "split", &[has_low_parts]);
+    let prepare_walk = gpu.pipeline(shader, "prepare_walk", &[items_per_invocation]);
+    let walk = gpu.pipeline(shader, "walk", &[has_low_parts, items_per_invocation]);
+
+    // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
+    let coarse_side = projection.width.max(projection.height).div_ceil(64);
+    let job = JobUniform {
+        projection: projection.uniform(scene.origin),
+        triangle_count: scene.triangle_count,
+        coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
+        padding: [0; 2],
+    };
+    let job = frame.uniform("job", &job);
+    let job = (0, buffer(&job));
+    let vertex_indices = (1, table(&scene.vertex_indices));
+    let positions_high = (2, table(&scene.positions_high));
+    let positions_low = (3, table(&scene.positions_low));
+    let unit_normals = (10, table(&scene.unit_normals));
+    let counted = (4, buffer(&counters));
+    let drawn = (5, buffer(&texels));
+    let items = (6, buffer(&items));
+    let coarse_tiles = (7, buffer(&coarse_tiles));
+    let scene_bindings = [job, vertex_indices, positions_high, positions_low];
+    frame.pass(
+        label,
+        &[
+            Dispatch {
+                pipeline: &bin,
+                bindings: &[
+                    &scene_bindings[..],
+                    &[counted.clone(), items.clone(), coarse_tiles.clone()],
+                ]
+                .concat(),
+                groups: Groups::Linear(
+                    u64::from(scene.triangle_count).div_ceil(GROUP * u64::from(per_invocation)),
+                ),
+            },
+            Dispatch {
+                pipeline: &prepare_split,
+                bindings: &[
+                    counted.clone(),
+                    coarse_tiles.clone(),
+                    (8, buffer(&split_groups)),
+                ],
+                groups: Groups::Linear(1),
+            },
+            Dispatch {
+                pipeline: &split,
+                bindings: &[
+                    &scene_bindings[..],
+                    &[
+                        counted.clone(),
+                        items.clone(),
+                        coarse_tiles,
+                        unit_normals.clone(),
+                    ],
+                ]
+                .concat(),
+                groups: Groups::Indirect(&split_groups),
+            },
+            Dispatch {
+                pipeline: &prepare_walk,
+                bindings: &[counted.clone(), items.clone(), (9, buffer(&walk_groups))],
+                groups: Groups::Linear(1),
+            },
+            Dispatch {
+                pipeline: &walk,
+                bindings: &[&scene_bindings[..], &[counted, drawn, items, unit_normals]].concat(),
+                groups: Groups::Indirect(&walk_groups),
+            },
+        ],
+    );
+    let counters = frame.read(Source::Taken(counters), 1)?;
+    Ok(Rasterized { texels, counters })
+}
+
+/// Invocations of a workgroup.
+const GROUP: u64 = 64;
+
+/// Whether every item had room in its list. If not, room is made for the next try.
+pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+    let wanted = u64::from(counters.items.max(counters.coarse_tiles));
+    if wanted <= item_capacity(scene.triangle_count) {
+        return Ok(true);
+    }
+    let most = gpu.largest_storage() / ITEM_BYTES;
+    if wanted > most {
+        return Err(Error::Device(format!(
+            "the triangles cover {wanted} tiles of the map, the device {} allows {most}",
+            gpu.adapter.name
+        )));
+    }
+    let spare = wanted - u64::from(scene.triangle_count).min(wanted);
+    // Splitting goes on where coarse tiles had no room, so the next try may need more again.
+    SPARE_ITEMS.fetch_max((2 * spare).next_power_of_two(), Ordering::Relaxed);
+    Ok(false)
+}

@@ -1,0 +1,123 @@
+//! Pass "receivers": the box around the receivers that face the light, by a parallel reduction.
+
+use super::{Inputs, ReceiversUniform};
+use crate::error::Result;
+use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer, table};
+use crate::gpu::shaders::Shader;
+use crate::projection::Projection;
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+
+pub const LABEL: &str = "receivers";
+
+const SHADER: Shader = Shader {
+    file: "receivers",
+    slots: &[],
+};
+
+/// As `Bounds` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Bounds {
+    extremes: [u32; 6],
+    /// Pixels that see a surface.
+    pub seen: u32,
+    /// Pixels whose surface faces the light.
+    pub facing: u32,
+}
+
+impl Bounds {
+    /// Least and greatest corner in projection space; `None` where no receiver faces the light.
+    pub fn corners(&self) -> Option<(DVec3, DVec3)> {
+        if self.facing == 0 {
+            return None;
+        }
+        let [x, y, z, u, v, w] = self.extremes.map(float_from_ordered);
+        let low = -Vec3::new(x, y, z);
+        Some((low.as_dvec3(), Vec3::new(u, v, w).as_dvec3()))
+    }
+}
+
+fn float_from_ordered(bits: u32) -> f32 {
+    f32::from_bits(if bits >> 31 == 1 {
+        bits & 0x7fff_ffff
+    } else {
+        !bits
+    })
+}
+
+/// Columns of a workgroup.
+const GROUP: u32 = 256;
+
+/// `projection` gives the axes of the box; its size and centre play no part.
+pub fn receivers(
+    frame: &mut Frame,
+    inputs: Inputs,
+    visibility_buffer: &wgpu::Buffer,
+    light_direction: DVec3,
+    projection: &Projection,
+) -> Result<Read<Bounds>> {
+    let uniform = ReceiversUniform::new(inputs.camera, light_direction, projection);
+    let uniform = frame.uniform("receivers", &uniform);
+    let bounds = frame.storage("receiver bounds", size_of::<Bounds>() as u64)?;
+    frame.clear(&bounds);
+    // Rows that an invocation reduces before its workgroup does.
+    let rows = frame.gpu.work_per_invocation(16, 128);
+    let constants = [("rows_per_invocation", f64::from(rows))];
+    let pipeline = frame.gpu.clone().pipeline(SHADER, "main", &constants);
+    frame.pass(
+        LABEL,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings: &[
+                (0, buffer(&uniform)),
+                (1, buffer(visibility_buffer)),
+                (2, table(&inputs.scene.unit_normals)),
+                (3, buffer(&bounds)),
+            ],
+            groups: Groups::Grid(
+                inputs.camera.width.div_ceil(GROUP),
+                inputs.camera.height.div_ceil(rows),
+            ),
+        }],
+    );
+    frame.read(Source::Taken(bounds), 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As `ordered_from_float` in the shader.
+    fn ordered_from_float(value: f32) -> u32 {
+        let bits = value.to_bits();
+        if bits >> 31 == 1 {
+            !bits
+        } else {
+            bits | 0x8000_0000
+        }
+    }
+
+    #[test]
+    fn ordered_integers_keep_the_order_of_floats_and_come_back() {
+        let values = [
+            -f32::MAX,
+            -2.5,
+            -f32::MIN_POSITIVE,
+            0.0,
+            1e-30,
+            1.0,
+            f32::MAX,
+        ];
+        for pair in values.windows(2) {
+            assert!(ordered_from_float(pair[0]) < ordered_from_float(pair[1]));
+        }
+        for value in values {
+            assert_eq!(float_from_ordered(ordered_from_float(value)), value);
+            assert!(
+                ordered_from_float(value) > 0,
+                "zero means that there is none"
+            );
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Pass "visibility": camera to nearest depth and triangle per pixel.
+
+use super::Inputs;
+use super::rasterize::{Rasterized, Target, rasterize};
+use crate::error::Result;
+use crate::gpu::frame::Frame;
+use crate::projection::Projection;
+
+pub const LABEL: &str = "visibility";
+
+pub fn visibility(frame: &mut Frame, inputs: Inputs) -> Result<Rasterized> {
+    let projection = Projection::from_camera(inputs.camera);
+    rasterize(
+        frame,
+        LABEL,
+        inputs.scene,
+        &projection,
+        Target::DepthTriangle,
+    )
+}
+
+/// Triangle of each pixel from its key in the visibility buffer, -1 where nothing is seen.
+pub fn triangle_from_key(key: u64) -> i32 {
+    !(key as u32) as i32
+}

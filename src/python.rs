@@ -1,0 +1,554 @@
+//! The door to Python: the only file that names pyo3. Arrays in, arrays out, errors to exceptions;
+//! the GIL is released while the work is done. `python/lixel/_core.pyi` documents what is here.
+
+use crate::aliasing;
+use crate::bvh::{Bvh, Everything};
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::gpu;
+use crate::light::Light;
+use crate::methods::{Method, Parameters, Value};
+use crate::reference::{self, Reference};
+use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
+use crate::scene::Scene;
+use glam::{DMat4, DVec2, DVec3};
+use numpy::ndarray::{Array2, Array3};
+use numpy::{PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyTuple};
+use std::sync::{Arc, Mutex, RwLock, RwLockReadGuard};
+
+pyo3::create_exception!(
+    lixel,
+    DeviceError,
+    pyo3::exceptions::PyRuntimeError,
+    "The machine cannot do it: no adapter, a missing feature, a limit, a lost device."
+);
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Value(message) => PyValueError::new_err(message),
+            Error::Device(message) => DeviceError::new_err(message),
+        }
+    }
+}
+
+fn rows_of_three<T: numpy::Element + Copy>(
+    name: &str,
+    array: &PyReadonlyArray2<T>,
+) -> PyResult<Vec<[T; 3]>> {
+    let array = array.as_array();
+    if array.ncols() != 3 {
+        let (rows, columns) = array.dim();
+        return Err(PyValueError::new_err(format!(
+            "{name} must have shape (n, 3), got ({rows}, {columns})"
+        )));
+    }
+    let rows = array.rows().into_iter();
+    Ok(rows.map(|row| [row[0], row[1], row[2]]).collect())
+}
+
+fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
+    Ok(rows_of_three(name, array)?
+        .into_iter()
+        .map(DVec3::from)
+        .collect())
+}
+
+fn array_of_points(points: &[DVec3]) -> Array2<f64> {
+    Array2::from_shape_fn((points.len(), 3), |(row, axis)| points[row][axis])
+}
+
+#[pyclass(name = "Scene", module = "lixel._core", frozen)]
+struct PyScene {
+    scene: RwLock<Scene>,
+    cache: SceneCache,
+    /// Of the generation that it was built for.
+    bvh: Mutex<Option<(u64, Arc<Bvh>)>>,
+}
+
+impl PyScene {
+    fn read(&self) -> RwLockReadGuard<'_, Scene> {
+        self.scene
+            .read()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// The reference's search structure, built at first use and after the vertices moved.
+    fn bvh(&self, scene: &Scene) -> Arc<Bvh> {
+        let mut cached = gpu::lock(&self.bvh);
+        match cached.as_ref() {
+            Some((generation, bvh)) if *generation == scene.generation() => bvh.clone(),
+            _ => {
+                let bvh = Arc::new(Bvh::new(scene));
+                *cached = Some((scene.generation(), bvh.clone()));
+                bvh
+            }
+        }
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    #[new]
+    fn new(
+        py: Python,
+        vertices: PyReadonlyArray2<f64>,
+        faces: PyReadonlyArray2<i64>,
+    ) -> PyResult<Self> {
+        let vertices = points("vertices", &vertices)?;
+        let faces = rows_of_three("faces", &faces)?;
+        let scene = py.detach(|| {
+            if let Some(row) = faces.iter().position(|face| face.iter().any(|&i| i < 0)) {
+                return Err(Error::Value(format!(
+                    "faces must index vertices: row {row} is {:?}, and no index may be negative",
+                    faces[row]
+                )));
+            }
+            // An index beyond 32 bits is beyond any number of vertices, too.
+            let narrow = |i: i64| u32::try_from(i).unwrap_or(u32::MAX);
+            let triangles = faces.iter().map(|face| face.map(narrow)).collect();
+            Scene::new(vertices, triangles)
+        })?;
+        Ok(Self {
+            scene: RwLock::new(scene),
+            cache: SceneCache::default(),
+            bvh: Mutex::new(None),
+        })
+    }
+
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        array_of_points(self.read().vertices()).to_pyarray(py)
+    }
+
+    #[getter]
+    fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
+        let scene = self.read();
+        let triangles = scene.triangles();
+        Array2::from_shape_fn((triangles.len(), 3), |(row, i)| triangles[row][i]).to_pyarray(py)
+    }
+
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let (low, high) = self.read().bounds();
+        array_of_points(&[low, high]).to_pyarray(py)
+    }
+
+    #[getter]
+    fn triangle_count(&self) -> usize {
+        self.read().triangles().len()
+    }
+
+    #[getter]
+    fn degenerate_count(&self) -> usize {
+        self.read().degenerate_count()
+    }
+
+    fn update_vertices(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<()> {
+        let vertices = points("vertices", &vertices)?;
+        py.detach(|| {
+            let mut scene = self
+                .scene
+                .write()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            scene.update_vertices(vertices)
+        })?;
+        Ok(())
+    }
+}
+
+#[pyclass(name = "Camera", module = "lixel._core", frozen)]
+struct PyCamera(Camera);
+
+#[pymethods]
+impl PyCamera {
+    #[new]
+    fn new(
+        pose: PyReadonlyArray2<f64>,
+        focal: (f64, f64),
+        centre: (f64, f64),
+        size: (u32, u32),
+        depth_range: (f64, f64),
+    ) -> PyResult<Self> {
+        let pose = pose.as_array();
+        if pose.dim() != (4, 4) {
+            return Err(PyValueError::new_err(format!(
+                "camera pose must have shape (4, 4), got {:?}",
+                pose.dim()
+            )));
+        }
+        let columns: Vec<f64> = pose.t().iter().copied().collect();
+        Ok(Self(Camera::new(
+            DMat4::from_cols_slice(&columns),
+            DVec2::from(focal),
+            DVec2::from(centre),
+            size,
+            depth_range,
+        )?))
+    }
+}
+
+#[pyclass(name = "Light", module = "lixel._core", frozen)]
+struct PyLight(Light);
+
+#[pymethods]
+impl PyLight {
+    #[staticmethod]
+    fn directional(direction: PyReadonlyArray1<f64>) -> PyResult<Self> {
+        let direction = direction.as_array();
+        if direction.len() != 3 {
+            return Err(PyValueError::new_err(format!(
+                "light direction must have shape (3,), got ({},)",
+                direction.len()
+            )));
+        }
+        Ok(Self(Light::directional(DVec3::new(
+            direction[0],
+            direction[1],
+            direction[2],
+        ))?))
+    }
+}
+
+fn value_to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
+    Ok(match value {
+        Value::None => py.None(),
+        Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any().unbind(),
+        Value::Int(value) => value.into_pyobject(py)?.into_any().unbind(),
+        Value::Float(value) => value.into_pyobject(py)?.into_any().unbind(),
+        Value::Text(value) => value.into_pyobject(py)?.into_any().unbind(),
+    })
+}
+
+fn value_from_python(name: &str, value: &Bound<PyAny>) -> PyResult<Value> {
+    if value.is_none() {
+        Ok(Value::None)
+    } else if value.is_instance_of::<PyBool>() {
+        Ok(Value::Bool(value.extract()?))
+    } else if value.is_instance_of::<PyInt>() {
+        // What does not fit is beyond every limit.
+        Ok(Value::Int(value.extract().unwrap_or(i64::MAX)))
+    } else if value.is_instance_of::<PyFloat>() {
+        Ok(Value::Float(value.extract()?))
+    } else if value.is_instance_of::<PyString>() {
+        Ok(Value::Text(value.extract()?))
+    } else {
+        Err(PyTypeError::new_err(format!(
+            "{name} must be a number, a string or None, got {}",
+            value.get_type().name()?
+        )))
+    }
+}
+
+#[pyfunction]
+fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
+    Method::list()
+        .iter()
+        .map(|method| {
+            let parameters = PyDict::new(py);
+            for (name, value) in &method.parameters {
+                parameters.set_item(name, value_to_python(py, value)?)?;
+            }
+            let description = PyDict::new(py);
+            description.set_item("name", method.name)?;
+            description.set_item("title", method.title)?;
+            description.set_item("citation", method.citation)?;
+            description.set_item("parameters", parameters)?;
+            Ok(description)
+        })
+        .collect()
+}
+
+#[pyfunction]
+fn render<'py>(
+    py: Python<'py>,
+    scene: &PyScene,
+    camera: &PyCamera,
+    light: &PyLight,
+    method: &str,
+    parameters: &Bound<'py, PyDict>,
+    outputs: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let parameters = parameters
+        .iter()
+        .map(|(name, value)| {
+            let name: String = name.extract()?;
+            let value = value_from_python(&name, &value)?;
+            Ok((name, value))
+        })
+        .collect::<PyResult<Parameters>>()?;
+    let method = Method::new(method, parameters)?;
+    let asks_for = |name: &str| outputs.iter().any(|output| output == name);
+    let asks_for_aliasing = asks_for("aliasing_error");
+    let wanted = Outputs {
+        triangle_id: asks_for("triangle_id") || asks_for_aliasing,
+        shadow_map: asks_for("shadow_map"),
+    };
+    let (camera, light) = (&camera.0, &light.0);
+    let (rendered, aliasing_error, effective_resolution) = py.detach(|| {
+        let cache = &scene.cache;
+        let scene = scene.read();
+        let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
+        let layers = &rendered.projections;
+        let aliasing_error = asks_for_aliasing.then(|| {
+            aliasing::aliasing_error(&scene, camera, light, layers, &rendered.triangle_id)
+        });
+        let effective_resolution = asks_for("max_effective_resolution")
+            .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
+        Ok::<_, Error>((rendered, aliasing_error, effective_resolution))
+    })?;
+
+    let result = PyDict::new(py);
+    let shape = (camera.height as usize, camera.width as usize);
+    let Rendered {
+        visibility,
+        triangle_id,
+        shadow_map,
+        projections,
+        timings,
+        stats,
+        adapter,
+    } = rendered;
+    result.set_item("visibility", image(py, shape, visibility))?;
+    if let Some(aliasing_error) = aliasing_error {
+        result.set_item("aliasing_error", image(py, shape, aliasing_error))?;
+    }
+    if let Some(resolution) = effective_resolution {
+        result.set_item("max_effective_resolution", (resolution.x, resolution.y))?;
+    }
+    if asks_for("triangle_id") {
+        result.set_item("triangle_id", image(py, shape, triangle_id))?;
+    }
+    if wanted.shadow_map {
+        let (height, width) = projections
+            .first()
+            .map_or((0, 0), |p| (p.height as usize, p.width as usize));
+        let maps = Array3::from_shape_vec((projections.len(), height, width), shadow_map)
+            .expect("every layer has the size of the first");
+        result.set_item("shadow_map", PyArray3::from_owned_array(py, maps))?;
+    }
+    if asks_for("light_matrix") {
+        let matrices: Vec<_> = projections.iter().map(|p| p.texel_from_world()).collect();
+        let matrices = Array3::from_shape_fn((matrices.len(), 4, 4), |(layer, row, column)| {
+            matrices[layer].col(column)[row]
+        });
+        result.set_item("light_matrix", matrices.to_pyarray(py))?;
+    }
+    let times = PyDict::new(py);
+    for (label, milliseconds) in timings {
+        times.set_item(label, milliseconds)?;
+    }
+    result.set_item("timings", times)?;
+    result.set_item("stats", stats_to_python(py, &stats)?)?;
+    result.set_item("adapter", adapter_to_python(py, &adapter)?)?;
+    Ok(result)
+}
+
+#[pyfunction]
+fn surface<'py>(
+    py: Python<'py>,
+    scene: &PyScene,
+    camera: &PyCamera,
+    triangle_id: PyReadonlyArray2<i32>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let shape = (camera.0.height as usize, camera.0.width as usize);
+    let triangle_id = triangle_id.as_array();
+    let scene = scene.read();
+    let count = scene.triangles().len();
+    if triangle_id.dim() != shape {
+        return Err(PyValueError::new_err(format!(
+            "triangle_id must have the shape of the image, {shape:?}, got {:?}",
+            triangle_id.dim()
+        )));
+    }
+    let is_known = |&id: &i32| id == -1 || usize::try_from(id).is_ok_and(|id| id < count);
+    if let Some(unknown) = triangle_id.iter().find(|&id| !is_known(id)) {
+        return Err(PyValueError::new_err(format!(
+            "triangle_id must be -1 or index one of {count} faces, got {unknown}"
+        )));
+    }
+    let triangle_id: Vec<i32> = triangle_id.iter().copied().collect();
+    let (positions, normals, depths) =
+        py.detach(|| reference::surface(&scene, &camera.0, &triangle_id));
+    (
+        vectors(py, shape, positions),
+        vectors(py, shape, normals),
+        image(py, shape, depths),
+    )
+        .into_pyobject(py)
+}
+
+/// Vectors of pixels as an array (H, W, 3).
+fn vectors<T: numpy::Element>(
+    py: Python<'_>,
+    (height, width): (usize, usize),
+    pixels: Vec<[T; 3]>,
+) -> Bound<'_, PyArray3<T>> {
+    let flat: Vec<T> = pixels.into_iter().flatten().collect();
+    let array = Array3::from_shape_vec((height, width, 3), flat).expect("three for each pixel");
+    PyArray3::from_owned_array(py, array)
+}
+
+#[pyfunction(name = "reference")]
+fn reference_of_image<'py>(
+    py: Python<'py>,
+    scene: &PyScene,
+    camera: &PyCamera,
+    light: &PyLight,
+) -> PyResult<Bound<'py, PyDict>> {
+    let Reference {
+        triangle_id,
+        triangle_tie,
+        visibility,
+        tie,
+    } = py.detach(|| {
+        let scene_read = scene.read();
+        let bvh = scene.bvh(&scene_read);
+        reference::reference(&scene_read, &*bvh, &camera.0, &light.0)
+    });
+    let shape = (camera.0.height as usize, camera.0.width as usize);
+    let result = PyDict::new(py);
+    result.set_item("triangle_id", image(py, shape, triangle_id))?;
+    result.set_item("triangle_tie", image(py, shape, triangle_tie))?;
+    result.set_item("visibility", image(py, shape, visibility))?;
+    result.set_item("tie", image(py, shape, tie))?;
+    Ok(result)
+}
+
+#[pyfunction]
+fn brute_force<'py>(
+    py: Python<'py>,
+    scene: &PyScene,
+    camera: &PyCamera,
+    light: &PyLight,
+    pixels: Vec<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let count = camera.0.pixel_count();
+    if let Some(outside) = pixels.iter().find(|&&pixel| pixel >= count) {
+        return Err(PyValueError::new_err(format!(
+            "pixels must index an image of {count} pixels, got {outside}"
+        )));
+    }
+    let settled = py.detach(|| {
+        let scene = scene.read();
+        let search = Everything(&scene);
+        reference::reference_of_pixels(&scene, &search, &camera.0, &light.0, &pixels)
+    });
+    let result = PyDict::new(py);
+    result.set_item("triangle_id", settled.triangle_id.to_pyarray(py))?;
+    result.set_item("triangle_tie", settled.triangle_tie.to_pyarray(py))?;
+    result.set_item("visibility", settled.visibility.to_pyarray(py))?;
+    result.set_item("tie", settled.tie.to_pyarray(py))?;
+    Ok(result)
+}
+
+/// A vector of pixels as an array (H, W), without a copy.
+fn image<T: numpy::Element>(
+    py: Python<'_>,
+    shape: (usize, usize),
+    pixels: Vec<T>,
+) -> Bound<'_, PyArray2<T>> {
+    let array = Array2::from_shape_vec(shape, pixels).expect("one value for each pixel");
+    PyArray2::from_owned_array(py, array)
+}
+
+fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("triangles", stats.triangles)?;
+    result.set_item("degenerate_triangles", stats.degenerate_triangles)?;
+    result.set_item("layers", stats.layers)?;
+    for (label, counters) in &stats.rasterized {
+        let pass = PyDict::new(py);
+        let culled = (counters.outside + counters.behind) as usize;
+        pass.set_item("rasterized", stats.triangles - culled)?;
+        pass.set_item("culled_outside", counters.outside)?;
+        pass.set_item("culled_by_depth", counters.behind)?;
+        pass.set_item("work_items", counters.items)?;
+        pass.set_item("coarse_tiles", counters.coarse_tiles)?;
+        result.set_item(label, pass)?;
+    }
+    if let Some((seen, facing)) = stats.receivers {
+        result.set_item("covered_pixels", seen)?;
+        result.set_item("facing_pixels", facing)?;
+    }
+    result.set_item("skipped", &stats.skipped)?;
+    Ok(result)
+}
+
+fn adapter_to_python<'py>(
+    py: Python<'py>,
+    adapter: &gpu::AdapterDescription,
+) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("name", &adapter.name)?;
+    result.set_item("type", &adapter.kind)?;
+    result.set_item("backend", &adapter.backend)?;
+    result.set_item("driver", &adapter.driver)?;
+    Ok(result)
+}
+
+fn limits_to_python<'py>(py: Python<'py>, limits: &gpu::Limits) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item(
+        "storage_binding_bytes",
+        limits.max_storage_buffer_binding_size,
+    )?;
+    result.set_item("buffer_bytes", limits.max_buffer_size)?;
+    result.set_item("texture_size", limits.max_texture_dimension_2d)?;
+    result.set_item(
+        "workgroups_per_dimension",
+        limits.max_compute_workgroups_per_dimension,
+    )?;
+    Ok(result)
+}
+
+#[pyfunction]
+fn adapters(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
+    py.detach(gpu::adapters)
+        .iter()
+        .map(|report| {
+            let result = adapter_to_python(py, &report.adapter)?;
+            result.set_item("missing_features", &report.missing_features)?;
+            result.set_item("used_features", &report.used_features)?;
+            result.set_item("limits", limits_to_python(py, &report.limits)?)?;
+            Ok(result)
+        })
+        .collect()
+}
+
+#[pyfunction]
+fn device(py: Python) -> PyResult<Bound<PyDict>> {
+    let gpu = py.detach(gpu::gpu)?;
+    let result = adapter_to_python(py, &gpu.adapter)?;
+    result.set_item("used_features", gpu.feature_names())?;
+    result.set_item("limits", limits_to_python(py, &gpu.limits)?)?;
+    Ok(result)
+}
+
+#[pyfunction]
+fn clear_cache(py: Python) -> PyResult<()> {
+    let gpu = py.detach(gpu::gpu)?;
+    gpu::pool::clear(&gpu);
+    Ok(())
+}
+
+#[pymodule]
+fn _core(module: &Bound<PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("DeviceError", module.py().get_type::<DeviceError>())?;
+    module.add_class::<PyScene>()?;
+    module.add_class::<PyCamera>()?;
+    module.add_class::<PyLight>()?;
+    module.add_function(wrap_pyfunction!(methods, module)?)?;
+    module.add_function(wrap_pyfunction!(render, module)?)?;
+    module.add_function(wrap_pyfunction!(surface, module)?)?;
+    module.add_function(wrap_pyfunction!(reference_of_image, module)?)?;
+    module.add_function(wrap_pyfunction!(brute_force, module)?)?;
+    module.add_function(wrap_pyfunction!(adapters, module)?)?;
+    module.add_function(wrap_pyfunction!(device, module)?)?;
+    module.add_function(wrap_pyfunction!(clear_cache, module)?)?;
+    Ok(())
+}

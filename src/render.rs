@@ -1,0 +1,225 @@
+//! Rendering a frame: from scene, camera, light and method to arrays.
+
+use crate::camera::Camera;
+use crate::error::{Error, Result};
+use crate::gpu::frame::{Frame, Source, Timings};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::{self, AdapterDescription, Gpu, lock};
+use crate::light::Light;
+use crate::methods::{Method, Recorded, View};
+use crate::passes::rasterize::{Counters, had_room};
+use crate::passes::{Inputs, shadow_map, visibility};
+use crate::projection::Projection;
+use crate::scene::Scene;
+use std::sync::{Arc, Mutex};
+
+/// What is read back beside the visibility image.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Outputs {
+    pub triangle_id: bool,
+    pub shadow_map: bool,
+}
+
+/// A rendered frame.
+pub struct Rendered {
+    /// Per pixel: 1 lit, 0 in shadow, NaN where no surface is seen.
+    pub visibility: Vec<f32>,
+    /// Per pixel, -1 where no surface is seen; empty unless asked for.
+    pub triangle_id: Vec<i32>,
+    /// Depths in [0, 1] per texel, layer after layer; empty unless asked for.
+    pub shadow_map: Vec<f32>,
+    /// Of each layer.
+    pub projections: Vec<Projection>,
+    pub timings: Timings,
+    pub stats: Stats,
+    pub adapter: AdapterDescription,
+}
+
+/// Counters of a frame.
+#[derive(Debug, Clone, Default)]
+pub struct Stats {
+    pub triangles: usize,
+    pub degenerate_triangles: usize,
+    /// Of each rasterized map, by the label of its pass.
+    pub rasterized: Vec<(&'static str, Counters)>,
+    /// (pixels that see a surface, pixels whose surface faces the light), where a method counts them.
+    pub receivers: Option<(u32, u32)>,
+    /// Stages that this frame did not need.
+    pub skipped: Vec<&'static str>,
+    pub layers: usize,
+}
+
+/// What stays on the device between frames of one scene.
+#[derive(Default)]
+pub struct SceneCache(Mutex<Option<DeviceScene>>);
+
+struct DeviceScene {
+    gpu: Arc<Gpu>,
+    tables: SceneTables,
+    /// The last camera's visibility buffer.
+    visibility: Option<(Camera, PooledBuffer)>,
+}
+
+impl DeviceScene {
+    /// The scene's own device copy, made or brought up to date.
+    fn prepare<'a>(
+        cached: &'a mut Option<Self>,
+        gpu: &Arc<Gpu>,
+        scene: &Scene,
+    ) -> Result<&'a mut Self> {
+        if !cached
+            .as_ref()
+            .is_some_and(|known| Arc::ptr_eq(&known.gpu, gpu))
+        {
+            *cached = Some(Self {
+                gpu: gpu.clone(),
+                tables: SceneTables::new(gpu, scene)?,
+                visibility: None,
+            });
+        }
+        let device_scene = cached.as_mut().expect("just made");
+        if device_scene.tables.generation != scene.generation() {
+            device_scene.visibility = None;
+            device_scene.tables.update(gpu, scene)?;
+        }
+        Ok(device_scene)
+    }
+}
+
+/// Renders the shadows of one light. The second call with the same scene and camera starts at the
+/// receivers.
+pub fn render(
+    scene: &Scene,
+    cache: &SceneCache,
+    camera: &Camera,
+    light: &Light,
+    method: &Method,
+    outputs: Outputs,
+) -> Result<Rendered> {
+    let gpu = gpu::gpu()?;
+    check_image(&gpu, camera)?;
+    let mut cached = lock(&cache.0);
+    let device_scene = DeviceScene::prepare(&mut cached, &gpu, scene)?;
+    // Each try makes room for what the last one lacked; a third is only needed where the map's list
+    // grows after the visibility buffer's did.
+    for _ in 0..4 {
+        if let Some(rendered) = try_render(device_scene, scene, camera, light, method, outputs)? {
+            return Ok(rendered);
+        }
+        device_scene.visibility = None;
+    }
+    Err(Error::Device(format!(
+        "the work list of the rasterizer did not settle on the device {}",
+        gpu.adapter.name
+    )))
+}
+
+/// `None` where a work list was too short.
+fn try_render(
+    device_scene: &mut DeviceScene,
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    method: &Method,
+    outputs: Outputs,
+) -> Result<Option<Rendered>> {
+    let gpu = device_scene.gpu.clone();
+    let mut frame = Frame::new(&gpu);
+    let inputs = Inputs {
+        scene: &device_scene.tables,
+        camera,
+    };
+    let known = device_scene
+        .visibility
+        .take()
+        .filter(|(known, _)| known == camera);
+    let is_known = known.is_some();
+    let (visibility_buffer, counters) = match known {
+        Some((_, buffer)) => (buffer, None),
+        None => {
+            let rasterized = visibility::visibility(&mut frame, inputs)?;
+            (rasterized.texels, Some(rasterized.counters))
+        }
+    };
+    let mut view = View::new(frame, inputs, scene, light, &visibility_buffer);
+    if let Some(counters) = counters {
+        view.keep_counters(visibility::LABEL, counters);
+    }
+    if is_known {
+        view.skip(visibility::LABEL);
+    }
+
+    let Recorded { visibility, layers } = method.record(&mut view)?;
+
+    let pixels = camera.pixel_count();
+    let frame = view.frame();
+    let visibility = frame.read::<f32>(Source::Taken(visibility), pixels)?;
+    let keys = outputs
+        .triangle_id
+        .then(|| frame.read::<u64>(Source::Kept(&visibility_buffer), pixels))
+        .transpose()?;
+    let (projections, texels): (Vec<_>, Vec<_>) = layers
+        .into_iter()
+        .map(|layer| (layer.projection, layer.texels))
+        .unzip();
+    let mut maps = Vec::new();
+    if outputs.shadow_map {
+        for (projection, texels) in projections.iter().zip(texels) {
+            maps.push(frame.read::<u32>(Source::Taken(texels), projection.texel_count())?);
+        }
+    }
+    let results = view.submit()?;
+    let finished = view.finish();
+    for (_, counters) in &finished.counters {
+        if !had_room(&gpu, &device_scene.tables, counters)? {
+            return Ok(None);
+        }
+    }
+
+    let mut shadow_map = Vec::new();
+    for map in &maps {
+        let keys = results.take(map)?;
+        shadow_map.extend(keys.into_iter().map(shadow_map::depth_from_key));
+    }
+    let triangle_id = match &keys {
+        Some(keys) => {
+            let keys = results.take(keys)?;
+            keys.into_iter()
+                .map(visibility::triangle_from_key)
+                .collect()
+        }
+        None => Vec::new(),
+    };
+    let rendered = Rendered {
+        visibility: results.take(&visibility)?,
+        triangle_id,
+        shadow_map,
+        stats: Stats {
+            triangles: scene.triangles().len(),
+            degenerate_triangles: scene.degenerate_count(),
+            rasterized: finished.counters,
+            receivers: finished.bounds.map(|bounds| (bounds.seen, bounds.facing)),
+            skipped: finished.skipped,
+            layers: projections.len(),
+        },
+        projections,
+        timings: finished.frame.timings(),
+        adapter: gpu.adapter.clone(),
+    };
+    drop(results);
+    device_scene.visibility = Some((camera.clone(), visibility_buffer));
+    Ok(Some(rendered))
+}
+
+fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
+    // The visibility buffer holds 8 bytes for each pixel.
+    let most = gpu.largest_storage() / 8;
+    if camera.pixel_count() as u64 > most {
+        return Err(Error::Value(format!(
+            "image size must not exceed {most} pixels on the device {}, got width {} and height {}",
+            gpu.adapter.name, camera.width, camera.height
+        )));
+    }
+    Ok(())
+}
