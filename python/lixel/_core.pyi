@@ -1,6 +1,6 @@
 """The compiled core: arrays in, arrays out. Use the names in `lixel`, which wrap these."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
@@ -17,9 +17,9 @@ class Scene:
 
     Parameters
     ----------
-    vertices : (n, 3) float
-        Corner positions in world units, right-handed. float64 keeps its precision.
-    faces : (m, 3) int
+    vertices : (n, 3) float64
+        Corner positions in world units, right-handed.
+    faces : (m, 3) int64
         Rows index `vertices`.
 
     Raises
@@ -31,7 +31,9 @@ class Scene:
         An array of the wrong kind.
     """
 
-    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Scene: ...
+    def __new__(
+        cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
+    ) -> Scene: ...
     @property
     def vertices(self) -> npt.NDArray[np.float64]:
         """(n, 3) float64: a copy of the corner positions."""
@@ -46,17 +48,20 @@ class Scene:
     @property
     def degenerate_count(self) -> int:
         """How many triangles have zero area; they neither cast nor receive."""
-    def update_vertices(self, vertices: npt.ArrayLike) -> None:
-        """Move the vertices, (n, 3) float, in their old order; the triangles stay."""
+    def update_vertices(self, vertices: npt.NDArray[np.float64]) -> None:
+        """Move the vertices, (n, 3), in their old order; the triangles stay."""
 
 @final
 class Camera:
-    """A validated pinhole camera. `focal` and `centre` are (x, y) in pixels, `size` is (width, height),
-    `depth_range` is (znear, zfar). `pose` is camera-to-world, (4, 4), looking along its -Z."""
+    """A validated pinhole camera.
+
+    `focal` and `centre` are (x, y) in pixels, `size` is (width, height), `depth_range` is
+    (znear, zfar). `pose` is camera-to-world, (4, 4), looking along its -Z.
+    """
 
     def __new__(
         cls,
-        pose: npt.ArrayLike,
+        pose: npt.NDArray[np.float64],
         focal: tuple[float, float],
         centre: tuple[float, float],
         size: tuple[int, int],
@@ -68,18 +73,18 @@ class Light:
     """A validated light."""
 
     @staticmethod
-    def directional(direction: npt.ArrayLike) -> Light:
+    def directional(direction: npt.NDArray[np.float64]) -> Light:
         """`direction` (3,) points from the light towards the scene, any length but zero."""
 
 def methods() -> list[dict[str, Any]]:
-    """The one list of methods: for each `name`, `title`, `citation` and `parameters` (name to default)."""
+    """The one list of methods: `name`, `title`, `citation`, `parameters` (name to default) of each."""
 
 def render(
     scene: Scene,
     camera: Camera,
     light: Light,
     method: str,
-    parameters: Mapping[str, Any],
+    parameters: dict[str, Any],
     outputs: Sequence[str],
 ) -> dict[str, Any]:
     """Render on the GPU and read back what `outputs` names.
@@ -101,6 +106,14 @@ def surface(
 def reference(scene: Scene, camera: Camera, light: Light) -> dict[str, Any]:
     """The truth, float64 on the CPU: `visibility` (H, W) float32 (1 lit, 0 in shadow, NaN no
     surface), `tie` (H, W) bool, `triangle_id` (H, W) int32, `triangle_tie` (H, W) bool."""
+
+def brute_force(
+    scene: Scene, camera: Camera, light: Light, pixels: Sequence[int]
+) -> dict[str, Any]:
+    """As `reference`, over all triangles, for some pixels (row * width + column): (n,) arrays."""
+
+def clear_cache() -> None:
+    """Free the scratch memory on the device that no frame is using."""
 
 def adapters() -> list[dict[str, Any]]:
     """Every adapter: name, type, backend, driver, features, limits. Empty where there is none."""

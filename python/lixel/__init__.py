@@ -1,0 +1,66 @@
+"""Hard shadows with research shadow-map methods on the GPU, and how wrong each one is.
+
+A *lixel* is a light pixel: one texel of a shadow map. A whole example::
+
+    import lixel as lx
+
+    scene = lx.load("sponza.glb")
+    camera = lx.Camera.look_at((-10.5, 2, 0), (6, 3.2, -0.3), yfov=1.1, width=1920, height=1080)
+    light = lx.DirectionalLight((0.25, -1, 0.15))
+
+    visibility = lx.render_shadows(scene, camera, light)  # (H, W): 1 lit, 0 in shadow, NaN nothing
+
+    frame = lx.render(scene, camera, light, lx.DesiredView(resolution=2048))
+    frame.save("shadows.png")
+    print(frame.timings)  # milliseconds on the GPU for each pass
+
+    truth = lx.reference(scene, camera, light)
+    print(lx.compare(frame, truth))  # misclassified pixels: false lit, false shadow
+
+Without a file at hand, `lixel.scenes` makes one::
+
+    scene = lx.scenes.colonnade()
+    camera, light = scene.cameras["default"], scene.lights["default"]
+
+Conventions are glTF's: right-handed, cameras and lights look along their -Z, angles in radians,
+poses from the camera to the world. Images are (H, W) arrays with row 0 at the top; lengths are
+world units. A wrong argument is a `TypeError` or `ValueError` that names the argument, the rule and
+the value; a machine that cannot do it is a `DeviceError` that says the remedy.
+"""
+
+from . import scenes
+from ._core import DeviceError, __version__
+from .camera import Camera
+from .compare import Comparison, compare
+from .frame import Frame, render, render_shadows
+from .info import Info, info
+from .light import DirectionalLight, Light
+from .load import load
+from .methods import METHODS, DesiredView, Method, Uniform, method_from
+from .reference import Reference, reference
+from .scene import Scene
+
+__all__ = [
+    "METHODS",
+    "Camera",
+    "Comparison",
+    "DesiredView",
+    "DeviceError",
+    "DirectionalLight",
+    "Frame",
+    "Info",
+    "Light",
+    "Method",
+    "Reference",
+    "Scene",
+    "Uniform",
+    "__version__",
+    "compare",
+    "info",
+    "load",
+    "method_from",
+    "reference",
+    "render",
+    "render_shadows",
+    "scenes",
+]

@@ -1,0 +1,305 @@
+"""Whole frames, timed side by side with other renderers, in one run on the same cores.
+
+A frame goes from a new camera to a visibility image as a numpy array: primary visibility, shadows,
+readback. Scenes are uploaded and acceleration structures built before the clock starts, and every
+renderer warms up first. Frames are interleaved, so that a disturbance hits all alike. No two frames
+have the same camera, so that nothing of a frame can be kept for the next.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .camera import Camera
+from .frame import render_shadows
+from .light import Light
+from .methods import Method
+from .reference import Reference, reference
+from .report import progress, say, table
+from .scene import Scene
+
+SCENE = "colonnade"
+
+Visibility = npt.NDArray[np.float32]
+Render = Callable[[Camera], Visibility]
+
+# A slow peer is timed less often, so that it takes about this many seconds in all.
+_PATIENCE = 30.0
+_FEWEST = 3
+
+
+def run(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: Method,
+    *,
+    repeats: int = 15,
+    peers: bool = True,
+) -> list[dict[str, Any]]:
+    """Time whole frames of a method and of every peer that is installed; print a table.
+
+    Parameters
+    ----------
+    scene, camera, light, method
+        As for `render_shadows`.
+    repeats : int
+        Timed frames of each renderer, at least 1; slow peers get fewer.
+    peers : bool
+        Whether to time others at all.
+
+    Returns
+    -------
+    list of dict
+        For each renderer its median, least and greatest milliseconds, the number of frames, and
+        the pixels that it got wrong by `reference`, ties left out.
+    """
+    if repeats < 1:
+        raise ValueError(f"repeats must be at least 1, got {repeats}")
+    contenders = [
+        _Contender(f"lixel {method.name} {method.resolution}", _lixel(scene, light, method))
+    ]
+    for name, (module, prepare) in PEERS.items() if peers else ():
+        if importlib.util.find_spec(module) is None:
+            say(f"left out: {name}, which needs the package {module}")
+            continue
+        try:
+            contenders.append(_Contender(name, prepare(scene, light)))
+        # A peer may lack a driver or a library of its own; that is no reason to lose the others.
+        except (ImportError, RuntimeError, OSError) as error:
+            say(f"left out: {name}: {' '.join(str(error).split())}")
+
+    views = _Views(scene, camera)
+    for contender in contenders:
+        contender.warm_up(views, repeats)
+    for turn in progress(range(repeats), "round"):
+        for contender in contenders:
+            if turn < contender.repeats:
+                contender.time(views.next())
+
+    say("reference: casting rays on the CPU")
+    truth = reference(scene, camera, light)
+    rows = [_row(contender, contender.render(camera), truth) for contender in contenders]
+    device = _core.device()
+    print(
+        f"{scene.triangle_count:,} triangles, {camera.width} x {camera.height} pixels, "
+        f"on {device.get('name', '?')}, driver {device.get('driver', '?')}"
+    )
+    print(table(rows))
+    return rows
+
+
+@dataclass
+class _Contender:
+    name: str
+    render: Render
+    repeats: int = 0
+    milliseconds: list[float] = field(default_factory=list)
+
+    def warm_up(self, views: _Views, repeats: int) -> None:
+        """Compiles, allocates, and decides how often to time."""
+        self.render(views.next())
+        self.time(views.next())
+        seconds = self.milliseconds.pop() / 1e3
+        self.repeats = min(repeats, max(_FEWEST, int(_PATIENCE / seconds)))
+
+    def time(self, camera: Camera) -> None:
+        start = time.perf_counter()
+        self.render(camera)
+        self.milliseconds.append(1e3 * (time.perf_counter() - start))
+
+
+class _Views:
+    """The camera again and again, each time moved by a hair and therefore new."""
+
+    def __init__(self, scene: Scene, camera: Camera) -> None:
+        low, high = scene.bounds
+        self.camera = camera
+        self.step = 1e-6 * float(np.linalg.norm(high - low))
+        self.random = np.random.default_rng(0)
+
+    def next(self) -> Camera:
+        pose = self.camera.pose.copy()
+        pose[:3, 3] += self.step * self.random.standard_normal(3)
+        return Camera(
+            pose,
+            focal=self.camera.focal,
+            centre=self.camera.centre,
+            width=self.camera.width,
+            height=self.camera.height,
+            znear=self.camera.znear,
+            zfar=self.camera.zfar,
+        )
+
+
+def _row(contender: _Contender, visibility: Visibility, truth: Reference) -> dict[str, Any]:
+    wrong = wrong_pixels(visibility, truth)
+    times = contender.milliseconds
+    return {
+        "renderer": contender.name,
+        "ms, median": statistics.median(times),
+        "least": min(times),
+        "greatest": max(times),
+        "frames": len(times),
+        "wrong pixels": wrong,
+        "% of covered": 100.0 * wrong / max(1, int(np.count_nonzero(truth.covered))),
+    }
+
+
+def wrong_pixels(visibility: Visibility, truth: Reference) -> int:
+    """Pixels that differ from the truth, ties left out; a surface seen or missed by mistake counts.
+
+    `compare` judges shadows alone, and refuses images of which another surface is seen.
+    """
+    judged = ~(truth.tie | truth.triangle_tie)
+    equal = (visibility == truth.visibility) | (np.isnan(visibility) & np.isnan(truth.visibility))
+    return int(np.count_nonzero(judged & ~equal))
+
+
+# --- The renderers: from a scene and a light to a function of the camera ---
+
+
+def _lixel(scene: Scene, light: Light, method: Method) -> Render:
+    return lambda camera: render_shadows(scene, camera, light, method)
+
+
+def _mitsuba(scene: Scene, light: Light) -> Render:
+    """Primary and shadow rays of Mitsuba 3 in one kernel."""
+    import drjit as dr
+    import mitsuba as mi
+
+    mi.set_variant("llvm_ad_rgb")
+    vertices = scene.vertices.astype(np.float32)
+    mesh = mi.Mesh("scene", len(vertices), scene.triangle_count)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = vertices.ravel()
+    parameters["faces"] = scene.faces.ravel()
+    parameters.update()
+    traced = mi.load_dict({"type": "scene", "mesh": mesh})
+    to_light = mi.Vector3f(*(-light.direction).tolist())
+    offset = _offset(scene)
+
+    def render(camera: Camera) -> Visibility:
+        width, height = camera.width, camera.height
+        index = dr.arange(mi.UInt32, width * height)
+        row = index // width
+        column = index - row * width
+        # Opaque, or each new camera would compile a new kernel.
+        eye = mi.Point3f(*(dr.opaque(mi.Float, float(c)) for c in camera.eye))
+        right, up, back = (
+            mi.Vector3f(*(dr.opaque(mi.Float, float(c)) for c in camera.pose[:3, axis]))
+            for axis in range(3)
+        )
+        x = (mi.Float(column) + (0.5 - camera.centre[0])) / camera.focal[0]
+        y = (mi.Float(row) + (0.5 - camera.centre[1])) / camera.focal[1]
+        ray = mi.Ray3f(eye, dr.normalize(right * x - up * y - back))
+        # Neighbouring rays are alike; Embree takes them in packets when told.
+        hit = traced.ray_intersect_preliminary(ray, coherent=True)
+        point = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal)
+        normal = dr.select(dr.dot(point.n, ray.d) > 0, -point.n, point.n)
+        facing = hit.is_valid() & (dr.dot(normal, to_light) > 0)
+        blocked = traced.ray_test(
+            mi.Ray3f(point.p + normal * offset, to_light), coherent=True, active=facing
+        )
+        lit = dr.select(facing & ~blocked, mi.Float(1), mi.Float(0))
+        image = dr.select(hit.is_valid(), lit, dr.nan).numpy()
+        return np.asarray(image, np.float32).reshape(height, width)
+
+    return render
+
+
+def _embree(scene: Scene, light: Light) -> Render:
+    """Primary and shadow rays of Embree through embreex, on one core."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    traced = EmbreeScene()
+    TriangleMesh(traced, scene.vertices.astype(np.float32), scene.faces.astype(np.int32))
+
+    def first(
+        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.int32]:
+        return np.asarray(traced.run(origins, directions))
+
+    def blocked(
+        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.bool_]:
+        return np.asarray(traced.run(origins, directions, query="OCCLUDED") >= 0)
+
+    return _by_rays(scene, light, first, blocked)
+
+
+def _trimesh(scene: Scene, light: Light) -> Render:
+    """As a user of trimesh would: `mesh.ray`, which uses embreex."""
+    import trimesh
+    from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+    mesh = trimesh.Trimesh(scene.vertices, scene.faces, process=False)
+    intersector = RayMeshIntersector(mesh)
+    return _by_rays(scene, light, intersector.intersects_first, intersector.intersects_any)
+
+
+def _by_rays(
+    scene: Scene, light: Light, first: Callable[..., Any], blocked: Callable[..., Any]
+) -> Render:
+    """A frame by numpy around two functions of rays."""
+    corners = scene.vertices[scene.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = (normals / np.where(length > 0, length, 1)).astype(np.float32)
+    anchors = corners[:, 0].astype(np.float32)
+    to_light = (-light.direction).astype(np.float32)
+    offset = np.float32(_offset(scene))
+
+    def render(camera: Camera) -> Visibility:
+        directions = ray_directions(camera)
+        eye = camera.eye.astype(np.float32)
+        triangle = first(np.broadcast_to(eye, directions.shape).copy(), directions)
+        covered = np.flatnonzero(triangle >= 0)
+        triangle, directions = triangle[covered], directions[covered]
+        normal = normals[triangle]
+        along = np.einsum("nc,nc->n", normal, directions)
+        distance = np.einsum("nc,nc->n", normal, anchors[triangle] - eye) / along
+        normal[along > 0] *= -1
+        facing = np.flatnonzero(normal @ to_light > 0)
+        origins = eye + directions[facing] * distance[facing, None] + normal[facing] * offset
+        lit = ~blocked(origins, np.broadcast_to(to_light, origins.shape).copy())
+        visibility = np.full(camera.height * camera.width, np.nan, np.float32)
+        visibility[covered] = 0.0
+        visibility[covered[facing]] = lit
+        return visibility.reshape(camera.height, camera.width)
+
+    return render
+
+
+def ray_directions(camera: Camera) -> npt.NDArray[np.float32]:
+    """(H * W, 3) float32: directions of the rays through the pixels' centres in world space, at
+    depth 1."""
+    x = (np.arange(camera.width) + 0.5 - camera.centre[0]) / camera.focal[0]
+    y = (np.arange(camera.height) + 0.5 - camera.centre[1]) / camera.focal[1]
+    right, up, back = camera.pose[:3, :3].T
+    directions = x[None, :, None] * right - y[:, None, None] * up - back
+    return np.asarray(directions.reshape(-1, 3), np.float32)
+
+
+def _offset(scene: Scene) -> float:
+    """How far the peers' shadow rays start above the surface, so that it does not shadow itself:
+    a few float32 steps of the largest coordinate."""
+    return 1e-6 * float(np.abs(scene.bounds).max())
+
+
+# The package that each peer needs, and what prepares it.
+PEERS: dict[str, tuple[str, Callable[[Scene, Light], Render]]] = {
+    "Mitsuba 3 llvm_ad_rgb": ("mitsuba", _mitsuba),
+    "embreex": ("embreex", _embree),
+    "trimesh with embreex": ("embreex", _trimesh),
+}

@@ -1,0 +1,414 @@
+"""The camera: a pinhole that looks along its own -Z, as in glTF."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .arguments import count, real, reals, unit_vector
+
+if TYPE_CHECKING:
+    import trimesh
+
+
+class _Geometry(Protocol):
+    """What a camera asks of a scene."""
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]: ...
+
+
+@dataclass(frozen=True, init=False, repr=False, eq=False)
+class Camera:
+    """A pinhole camera, immutable.
+
+    Camera space is glTF's: x to the right, y up, the view along -Z. Image coordinates are in
+    pixels, x to the right, y down, origin at the top left *corner*; the centre of pixel
+    ``[row, column]`` is at ``(column + 0.5, row + 0.5)``.
+
+    Parameters
+    ----------
+    pose : (4, 4) float
+        Camera-to-world: a rotation and a translation, in world units.
+    yfov : float
+        Vertical angle of view in radians, in (0, pi). Give either `yfov` or `focal`.
+    focal : float or (2,) float
+        Focal lengths (x, y) in pixels, instead of `yfov`.
+    centre : (2,) float, optional
+        Principal point (x, y) in image coordinates; the middle of the image if None.
+    width, height : int
+        Size of the image in pixels.
+    znear : float, optional
+        Surfaces nearer than this depth, in world units along the view, are not seen. If None, each
+        render takes it from the scene: half of the least depth of the scene's box, but not less
+        than a millionth of the box's diagonal.
+    zfar : float
+        Surfaces beyond this depth are not seen.
+
+    Raises
+    ------
+    TypeError, ValueError
+        The message names the argument, the rule and the value.
+
+    Examples
+    --------
+    >>> camera = Camera.look_at((0, 2, 5), (0, 0, 0), yfov=1.0, width=1920, height=1080)
+    >>> camera.eye
+    array([0., 2., 5.])
+    """
+
+    pose: npt.NDArray[np.float64]
+    focal: tuple[float, float]
+    centre: tuple[float, float]
+    width: int
+    height: int
+    znear: float | None
+    zfar: float
+
+    def __init__(
+        self,
+        pose: npt.ArrayLike,
+        *,
+        yfov: float | None = None,
+        focal: float | tuple[float, float] | npt.ArrayLike | None = None,
+        centre: tuple[float, float] | npt.ArrayLike | None = None,
+        width: SupportsIndex,
+        height: SupportsIndex,
+        znear: float | None = None,
+        zfar: float = math.inf,
+    ) -> None:
+        size = (count("width", width, "pixels"), count("height", height, "pixels"))
+        if (yfov is None) == (focal is None):
+            raise TypeError(
+                "a camera takes either yfov (radians) or focal (pixels), "
+                f"got yfov {yfov!r} and focal {focal!r}"
+            )
+        if yfov is not None:
+            yfov = real("yfov", yfov)
+            if not 0.0 < yfov < math.pi:
+                raise ValueError(f"yfov must be an angle in radians in (0, pi), got {yfov}")
+            focal = 0.5 * size[1] / math.tan(0.5 * yfov)
+        if np.ndim(focal) == 0:  # type: ignore[arg-type]
+            focal = (focal, focal)  # type: ignore[assignment]
+        world_from_camera = reals("pose", pose, 4, 4).copy()
+        world_from_camera.flags.writeable = False
+        near = None if znear is None else real("znear", znear)
+        far = real("zfar", zfar)
+        if not far > 0.0:
+            raise ValueError(f"zfar must be greater than 0, got {far}")
+        for field, value in {
+            "pose": world_from_camera,
+            "focal": _pair("focal", focal),
+            "centre": (size[0] / 2, size[1] / 2) if centre is None else _pair("centre", centre),
+            "width": size[0],
+            "height": size[1],
+            "znear": near,
+            "zfar": far,
+            "_compiled": None,
+        }.items():
+            object.__setattr__(self, field, value)
+        # The rest of the rules are the core's. Without a near plane, any valid one serves.
+        self._with_znear(min(1.0, 0.5 * far) if near is None else near)
+
+    # --- Other ways to make one ---
+
+    @classmethod
+    def look_at(
+        cls,
+        eye: npt.ArrayLike,
+        target: npt.ArrayLike,
+        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        *,
+        yfov: float,
+        width: SupportsIndex,
+        height: SupportsIndex,
+        znear: float | None = None,
+        zfar: float = math.inf,
+    ) -> Camera:
+        """A camera at `eye` that has `target` in the middle of its image.
+
+        Parameters
+        ----------
+        eye, target : (3,) float
+            Points in world space; they must differ.
+        up : (3,) float
+            Direction in world space that points up in the image, any length but zero, not along
+            the view.
+        yfov, width, height, znear, zfar
+            As for `Camera`.
+
+        Raises
+        ------
+        ValueError
+            `eye` equals `target`, or `up` is zero or along the view.
+        """
+        start, end = reals("eye", eye, 3), reals("target", target, 3)
+        if not np.isfinite(start).all():
+            raise ValueError(f"eye must be finite, got {start.tolist()}")
+        if np.array_equal(start, end):
+            raise ValueError(f"target must differ from eye, got {start.tolist()} for both")
+        forward = unit_vector("target", end - start)
+        upward = unit_vector("up", up)
+        side = np.cross(forward, upward)
+        # Below this the roll of the image would be made of rounding errors.
+        if np.linalg.norm(side) < 1e-8:
+            raise ValueError(
+                "up must not be parallel to the view from eye to target, "
+                f"got up {upward.tolist()} and view {forward.tolist()}"
+            )
+        right = unit_vector("up", side)
+        pose = np.eye(4)
+        pose[:3, 0], pose[:3, 1], pose[:3, 2] = right, np.cross(right, forward), -forward
+        pose[:3, 3] = start
+        return cls(pose, yfov=yfov, width=width, height=height, znear=znear, zfar=zfar)
+
+    @classmethod
+    def from_intrinsics(
+        cls,
+        intrinsics: npt.ArrayLike,
+        pose: npt.ArrayLike,
+        width: SupportsIndex,
+        height: SupportsIndex,
+        *,
+        znear: float | None = None,
+        zfar: float = math.inf,
+    ) -> Camera:
+        """A camera from its matrix of intrinsics.
+
+        Parameters
+        ----------
+        intrinsics : (3, 3) float
+            ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`` in pixels, no skew. The origin is the top left
+            corner of the image; for a matrix of OpenCV, whose origin is the centre of the first
+            pixel, add 0.5 to cx and cy.
+        pose : (4, 4) float
+            Camera-to-world, looking along -Z with y up. A pose of OpenCV looks along +Z with y
+            down: multiply it by ``diag(1, -1, -1, 1)`` from the right.
+        width, height, znear, zfar
+            As for `Camera`.
+        """
+        matrix = reals("intrinsics", intrinsics, 3, 3)
+        rest = matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]]
+        if not np.array_equal(rest, [0, 0, 0, 0, 1]):
+            raise ValueError(
+                "intrinsics must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], without skew, "
+                f"got {matrix.tolist()}"
+            )
+        return cls(
+            pose,
+            focal=(matrix[0, 0], matrix[1, 1]),
+            centre=(matrix[0, 2], matrix[1, 2]),
+            width=width,
+            height=height,
+            znear=znear,
+            zfar=zfar,
+        )
+
+    @classmethod
+    def from_pyrender(
+        cls,
+        camera: Any,
+        pose: npt.ArrayLike | None = None,
+        width: SupportsIndex = 640,
+        height: SupportsIndex = 480,
+    ) -> Camera:
+        """A camera of pyrender: PerspectiveCamera, IntrinsicsCamera, or a node that holds one.
+
+        Parameters
+        ----------
+        camera : pyrender.PerspectiveCamera, pyrender.IntrinsicsCamera or pyrender.Node
+        pose : (4, 4) float, optional
+            Camera-to-world. A node alone gives its own matrix; where it has a parent, pass
+            ``scene.get_pose(node)``.
+        width, height : int
+            Size of the image in pixels: the viewport of the renderer.
+
+        Raises
+        ------
+        TypeError
+            Another kind of camera (an orthographic one has no pinhole), or no pose.
+        """
+        held = getattr(camera, "camera", None)
+        if held is not None:
+            pose, camera = camera.matrix if pose is None else pose, held
+        if pose is None:
+            raise TypeError("pose must be given with a camera that is not in a node")
+        zfar = getattr(camera, "zfar", None)
+        depths: dict[str, Any] = {
+            "znear": getattr(camera, "znear", None),
+            "zfar": math.inf if zfar is None else zfar,
+        }
+        if hasattr(camera, "fx"):
+            intrinsics = [[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]]
+            return cls.from_intrinsics(intrinsics, pose, width, height, **depths)
+        if not hasattr(camera, "yfov"):
+            raise TypeError(
+                "camera must be a pyrender PerspectiveCamera or IntrinsicsCamera, "
+                f"got {type(camera).__name__}"
+            )
+        return cls._from_aspect(
+            pose, camera.yfov, getattr(camera, "aspectRatio", None), width, height, **depths
+        )
+
+    @classmethod
+    def from_trimesh(
+        cls,
+        camera: trimesh.Scene | trimesh.scene.cameras.Camera,
+        pose: npt.ArrayLike | None = None,
+        *,
+        znear: float | None = None,
+        zfar: float = math.inf,
+    ) -> Camera:
+        """The camera of a trimesh scene, or a ``trimesh.scene.Camera`` with a pose.
+
+        Parameters
+        ----------
+        camera : trimesh.Scene or trimesh.scene.Camera
+            A scene without a camera gets the one that trimesh makes, which sees all of it.
+        pose : (4, 4) float, optional
+            Camera-to-world; a scene knows it already.
+        znear, zfar : float
+            As for `Camera`. Those of trimesh are not taken: its own rays ignore them.
+        """
+        import trimesh
+
+        if isinstance(camera, trimesh.Scene):
+            # The camera first: trimesh makes one, and its transform, on the first access.
+            held = camera.camera
+            pose, camera = camera.camera_transform if pose is None else pose, held
+        if not isinstance(camera, trimesh.scene.cameras.Camera):
+            raise TypeError(
+                "camera must be a trimesh.Scene or a trimesh.scene.Camera, "
+                f"got {type(camera).__name__}"
+            )
+        if pose is None:
+            raise TypeError("pose must be given with a camera that is not in a scene")
+        width, height = (int(n) for n in camera.resolution)
+        return cls.from_intrinsics(camera.K, pose, width, height, znear=znear, zfar=zfar)
+
+    @classmethod
+    def _from_aspect(
+        cls,
+        pose: npt.ArrayLike,
+        yfov: float,
+        aspect: float | None,
+        width: SupportsIndex,
+        height: SupportsIndex,
+        **depths: Any,
+    ) -> Camera:
+        """With an aspect ratio of its own, which stretches the image where it is not the size's."""
+        camera = cls(pose, yfov=yfov, width=width, height=height, **depths)
+        if aspect is None:
+            return camera
+        if not (math.isfinite(aspect) and aspect > 0.0):
+            raise ValueError(f"aspect ratio must be finite and greater than 0, got {aspect}")
+        fx = camera.focal[1] * camera.width / (camera.height * aspect)
+        return cls(
+            pose, focal=(fx, camera.focal[1]), width=camera.width, height=camera.height, **depths
+        )
+
+    def resized(self, width: SupportsIndex, height: SupportsIndex) -> Camera:
+        """The same camera with another image size: the vertical angle of view and the shape of a
+        pixel stay, the horizontal angle follows."""
+        size = (count("width", width, "pixels"), count("height", height, "pixels"))
+        scale = size[1] / self.height
+        return Camera(
+            self.pose,
+            focal=(self.focal[0] * scale, self.focal[1] * scale),
+            centre=(
+                size[0] / 2 + (self.centre[0] - self.width / 2) * scale,
+                self.centre[1] * scale,
+            ),
+            width=size[0],
+            height=size[1],
+            znear=self.znear,
+            zfar=self.zfar,
+        )
+
+    # --- What it knows of itself ---
+
+    @property
+    def eye(self) -> npt.NDArray[np.float64]:
+        """(3,) float64: the pinhole in world space."""
+        return np.array(self.pose[:3, 3])
+
+    @property
+    def yfov(self) -> float:
+        """Vertical angle of view in radians, of an image centred on the axis."""
+        return 2.0 * math.atan(0.5 * self.height / self.focal[1])
+
+    @property
+    def intrinsics(self) -> npt.NDArray[np.float64]:
+        """(3, 3) float64: ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`` in pixels."""
+        return np.array(
+            [
+                [self.focal[0], 0.0, self.centre[0]],
+                [0.0, self.focal[1], self.centre[1]],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    def _key(self) -> tuple[Any, ...]:
+        pose = tuple(self.pose.ravel().tolist())
+        return pose, self.focal, self.centre, self.width, self.height, self.znear, self.zfar
+
+    def __eq__(self, other: object) -> bool:
+        return self._key() == other._key() if isinstance(other, Camera) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        return (
+            f"Camera({self.pose.tolist()}, focal={self.focal}, centre={self.centre}, "
+            f"width={self.width}, height={self.height}, znear={self.znear}, "
+            # repr of an infinite float is no expression
+            f"zfar={'math.inf' if math.isinf(self.zfar) else self.zfar})"
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        make = functools.partial(
+            Camera,
+            focal=self.focal,
+            centre=self.centre,
+            width=self.width,
+            height=self.height,
+            znear=self.znear,
+            zfar=self.zfar,
+        )
+        return make, (self.pose,)
+
+    # --- For the core ---
+
+    def _core_for(self, scene: _Geometry) -> _core.Camera:
+        """The compiled camera, with a near plane that suits the scene where none was given."""
+        return self._with_znear(self._znear_for(scene) if self.znear is None else self.znear)
+
+    def _znear_for(self, scene: _Geometry) -> float:
+        low, high = scene.bounds
+        forward = -self.pose[:3, 2]
+        nearest = float(np.minimum((low - self.eye) * forward, (high - self.eye) * forward).sum())
+        znear = max(0.5 * nearest, 1e-6 * float(np.linalg.norm(high - low)), 1e-30)
+        return min(znear, 0.5 * self.zfar)
+
+    def _with_znear(self, znear: float) -> _core.Camera:
+        compiled: tuple[float, _core.Camera] | None = self.__dict__["_compiled"]
+        if compiled is None or compiled[0] != znear:
+            camera = _core.Camera(
+                self.pose, self.focal, self.centre, (self.width, self.height), (znear, self.zfar)
+            )
+            compiled = (znear, camera)
+            # The same object for the same scene, so that the core knows what it has seen.
+            object.__setattr__(self, "_compiled", compiled)
+        return compiled[1]
+
+
+def _pair(name: str, value: Any) -> tuple[float, float]:
+    x, y = reals(name, value, 2).tolist()
+    return x, y

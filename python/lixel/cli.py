@@ -1,0 +1,394 @@
+"""The command `lixel`."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import inspect
+import json
+import math
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from . import __version__, bench, demo, scenes
+from ._core import DeviceError
+from .camera import Camera
+from .frame import render as render_frame
+from .info import info as device_info
+from .light import DirectionalLight, Light
+from .load import FORMATS, load
+from .methods import METHODS, Method, method_from
+from .report import milliseconds, say, table
+from .scene import Scene
+
+DESCRIPTION = "Hard shadows with research shadow-map methods on the GPU, and how wrong each one is."
+
+CAMERA_HELP = """name or index of a camera of the scene or of --views, or "eye;target;yfov" or
+"eye;target;yfov;up": points as x,y,z, the vertical angle of view in radians, or in degrees as in
+60deg; default: the first camera, or one that sees the whole scene"""
+
+LIGHT_HELP = """name or index of a light of the scene or of --views, or "x,y,z", the direction from
+the light towards the scene; default: the first light, or a sun from above"""
+
+VIEWS_HELP = """file with cameras (eye, target, up, fov_y_deg) and lights (kind, direction) to use
+instead of the scene's own; in a list of such objects, the one whose "file" is the scene's name"""
+
+SIZE = (1920, 1080)
+
+Value = TypeVar("Value")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the process if None.
+
+    Returns
+    -------
+    int
+        The exit code: 0, or 2 where an argument or the machine was at fault.
+    """
+    try:
+        given = sys.argv[1:] if arguments is None else arguments
+        options = _parser().parse_args(_with_vectors_joined(given))
+        options.run(options)
+    except (ValueError, TypeError, OSError, DeviceError) as error:
+        # One line, whatever the message holds.
+        say("lixel: error: " + " ".join(str(error).split()))
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def _with_vectors_joined(arguments: Sequence[str]) -> list[str]:
+    """`--light -1,-2,0` as `--light=-1,-2,0`: argparse takes a vector that begins with a minus sign
+    for an option."""
+    joined: list[str] = []
+    for argument in arguments:
+        follows = bool(joined) and joined[-1] in ("--camera", "--light")
+        if follows and re.match(r"-[0-9.]", argument):
+            joined[-1] += "=" + argument
+        else:
+            joined.append(argument)
+    return joined
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> Any:
+        raise ValueError(message)
+
+
+def _parser() -> argparse.ArgumentParser:
+    top = _Parser(prog="lixel", description=DESCRIPTION)
+    top.add_argument("--version", action="version", version=f"lixel {__version__}")
+    commands = top.add_subparsers(required=True, metavar="COMMAND", dest="command")
+
+    def command(
+        name: str, run: Callable[[argparse.Namespace], None], text: str
+    ) -> argparse.ArgumentParser:
+        added = commands.add_parser(name, help=text, description=text)
+        added.set_defaults(run=run)
+        return added
+
+    methods = "one of " + ", ".join(METHODS)
+    add = command("render", _render, "Render the shadows of a scene into a picture or an array.")
+    _add_scene(add)
+    add.add_argument("--method", default="desired_view", metavar="NAME", help=methods)
+    add.add_argument("--resolution", type=int, metavar="N", help="texels along a side of the map")
+    _add_parameters(add)
+    add.add_argument(
+        "-o", "--output", required=True, metavar="FILE",
+        help=".png: a shaded picture; .npy: float32, 1 lit, 0 in shadow, NaN no surface",
+    )  # fmt: skip
+
+    add = command("compare", _compare, "Render with methods, and count the pixels that are wrong.")
+    _add_scene(add)
+    add.add_argument(
+        "--method", action="append", metavar="NAME",
+        help=f"{methods}; may be given more than once; default: all",
+    )  # fmt: skip
+    add.add_argument(
+        "--resolution", action="append", type=int, metavar="N",
+        help="texels along a side of the map; may be given more than once",
+    )  # fmt: skip
+    _add_parameters(add)
+    add.add_argument(
+        "-o", "--output", type=Path, metavar="FOLDER",
+        help="write pictures with the wrong pixels in red into this folder",
+    )  # fmt: skip
+
+    command("info", _info, "Tell adapters, drivers, limits, and which features are used.")
+
+    add = command("demo", _demo, "Render a built-in scene with every method, and judge each.")
+    add.add_argument("--out", type=Path, default=Path("out"), metavar="FOLDER", help="default: out")
+    add.add_argument("--size", type=_size, default=SIZE, metavar="WxH", help="default: 1920x1080")
+
+    add = command("bench", _bench, "Time whole frames, also side by side with other renderers.")
+    _add_scene(add, default=bench.SCENE)
+    add.add_argument("--method", default="desired_view", metavar="NAME", help=methods)
+    add.add_argument("--resolution", type=int, default=2048, metavar="N", help="default: 2048")
+    _add_parameters(add)
+    add.add_argument("--repeats", type=int, default=15, metavar="N", help="frames; default: 15")
+    add.add_argument(
+        "--peers", action="store_true",
+        help=f"also {', '.join(bench.PEERS)}, where they are installed",
+    )  # fmt: skip
+    return top
+
+
+def _add_scene(add: argparse.ArgumentParser, default: str | None = None) -> None:
+    text = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(_built_in_scenes())}"
+    if default is None:
+        add.add_argument("scene", metavar="FILE", help=text)
+    else:
+        add.add_argument(
+            "--scene", default=default, metavar="FILE", help=f"{text}; default: {default}"
+        )
+    add.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
+    add.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
+    add.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
+    add.add_argument(
+        "--size", type=_size, metavar="WxH",
+        help="size of the image in pixels; default: the camera's own, or 1920x1080",
+    )  # fmt: skip
+
+
+def _add_parameters(add: argparse.ArgumentParser) -> None:
+    add.add_argument(
+        "--set", dest="parameters", action="append", default=[], type=_parameter,
+        metavar="NAME=VALUE", help="another parameter of the method; may be given more than once",
+    )  # fmt: skip
+
+
+# --- The commands ---
+
+
+def _render(options: argparse.Namespace) -> None:
+    if Path(options.output).suffix.lower() not in (".png", ".npy"):
+        # Now, rather than after the work.
+        raise ValueError(f"output must end in .png or .npy, got {options.output!r}")
+    method = _make_method(options.method, options.resolution, options.parameters)
+    frame = render_frame(*_view(options), method)
+    frame.save(options.output)
+    print(f"{options.output}: {milliseconds(frame.timings)} ms")
+
+
+def _compare(options: argparse.Namespace) -> None:
+    methods = [
+        _make_method(name, resolution, options.parameters)
+        for name in options.method or METHODS
+        for resolution in options.resolution or [None]
+    ]
+    rows = demo.judge(*_view(options), methods, options.output)
+    print(table(rows))
+
+
+def _info(_: argparse.Namespace) -> None:
+    found = device_info()
+    print(found)
+    if found.problem is not None:
+        raise DeviceError(found.problem)
+
+
+def _demo(options: argparse.Namespace) -> None:
+    demo.run(options.out, *options.size)
+
+
+def _bench(options: argparse.Namespace) -> None:
+    method = _make_method(options.method, options.resolution, options.parameters)
+    bench.run(*_view(options), method, repeats=options.repeats, peers=options.peers)
+
+
+# --- What the arguments mean ---
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, separator, height = text.lower().partition("x")
+    if not (separator and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, got {text!r}")
+    return int(width), int(height)
+
+
+def _parameter(text: str) -> tuple[str, Any]:
+    name, separator, value = text.partition("=")
+    if not (separator and name):
+        raise argparse.ArgumentTypeError(f"must be NAME=VALUE, got {text!r}")
+    try:
+        return name, ast.literal_eval(value)
+    except (ValueError, SyntaxError):
+        return name, value  # no Python literal: a string
+
+
+def _make_method(
+    name: str, resolution: int | None, parameters: Sequence[tuple[str, Any]]
+) -> Method:
+    method = method_from(name)
+    values = dict(parameters)
+    if resolution is not None:
+        values["resolution"] = resolution
+    known = [f.name for f in fields(method)]
+    for key in values:
+        if key not in known:
+            raise ValueError(f"parameter of {name} must be one of {', '.join(known)}, got {key!r}")
+    return replace(method, **values)
+
+
+def _built_in_scenes() -> dict[str, Callable[[], Scene]]:
+    return {
+        name: made
+        for name, made in inspect.getmembers(scenes, inspect.isfunction)
+        if made.__module__ == scenes.__name__ and not name.startswith("_")
+    }
+
+
+def _view(options: argparse.Namespace) -> tuple[Scene, Camera, Light]:
+    """The scene, camera and light that the arguments name."""
+    known = _built_in_scenes()
+    name = options.scene
+    views = None if options.views is None else Views.read(options.views, Path(name).name)
+    if name in known:
+        scene = known[name]()
+    elif Path(name).suffix or Path(name).exists():
+        scene = load(name)
+    else:
+        raise ValueError(
+            f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(known)}, "
+            f"got {name!r}"
+        )
+    if views is None:
+        views = Views(dict(scene.cameras), dict(scene.lights))
+    camera = views.camera(options.camera, scene)
+    if options.size is not None:
+        camera = camera.resized(*options.size)
+    return scene, camera, views.light(options.light)
+
+
+@dataclass(frozen=True)
+class Views:
+    """Cameras and lights by name, in order."""
+
+    cameras: dict[str, Camera] = field(default_factory=dict)
+    lights: dict[str, Light] = field(default_factory=dict)
+    # Lights that are listed but not of a kind that lixel has; they keep their place and name.
+    unsupported: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path, scene_name: str) -> Views:
+        """From a JSON file."""
+        try:
+            entry = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ValueError(f"views must be a JSON file, got {str(path)!r}: {error}") from None
+        if isinstance(entry, list):
+            named = [e for e in entry if isinstance(e, dict) and e.get("file") == scene_name]
+            if not named:
+                raise ValueError(f"views {str(path)!r} has no entry whose file is {scene_name!r}")
+            entry = named[0]
+        try:
+            cameras = {
+                str(i): Camera.look_at(
+                    c["eye"],
+                    c["target"],
+                    c.get("up", (0.0, 1.0, 0.0)),
+                    yfov=math.radians(c["fov_y_deg"]),
+                    width=SIZE[0],
+                    height=SIZE[1],
+                )
+                for i, c in enumerate(entry.get("cameras", []))
+            }
+            lights: dict[str, Light] = {}
+            unsupported = {}
+            for i, light in enumerate(entry.get("lights", [])):
+                if light["kind"] == "directional":
+                    lights[str(i)] = DirectionalLight(light["direction"])
+                else:
+                    unsupported[str(i)] = light["kind"]
+        except (AttributeError, KeyError, TypeError) as error:
+            raise ValueError(
+                f"views {str(path)!r} must hold cameras with eye, target and fov_y_deg, and lights "
+                f"with kind and direction: {type(error).__name__} {error}"
+            ) from None
+        return cls(cameras, lights, unsupported)
+
+    def camera(self, text: str | None, scene: Scene) -> Camera:
+        """The camera of a name, an index or a description; a suitable one for None."""
+        if text is None:
+            return next(iter(self.cameras.values()), None) or see_all(scene)
+        if ";" not in text:
+            return _pick("camera", text, self.cameras)
+        parts = text.split(";")
+        if len(parts) not in (3, 4):
+            raise ValueError(
+                f'camera must be "eye;target;yfov" or "eye;target;yfov;up", got {text!r}'
+            )
+        up = _point("camera up", parts[3]) if len(parts) == 4 else (0.0, 1.0, 0.0)
+        return Camera.look_at(
+            _point("camera eye", parts[0]),
+            _point("camera target", parts[1]),
+            up,
+            yfov=_angle(parts[2]),
+            width=SIZE[0],
+            height=SIZE[1],
+        )
+
+    def light(self, text: str | None) -> Light:
+        """The light of a name, an index or a direction; a suitable one for None."""
+        if text is None:
+            return next(iter(self.lights.values()), None) or DirectionalLight((0.4, -0.8, -0.45))
+        if "," in text:
+            return DirectionalLight(_point("light", text))
+        if text in self.unsupported:
+            raise ValueError(f"light must be directional, got {text}, a {self.unsupported[text]}")
+        return _pick("light", text, self.lights)
+
+
+def see_all(scene: Scene) -> Camera:
+    """A camera that looks down at the scene's box, all of it in view."""
+    low, high = scene.bounds
+    centre, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    yfov = 0.8
+    away = np.array((0.5, 0.45, 0.75))
+    eye = centre + away / np.linalg.norm(away) * (radius or 1.0) / math.sin(yfov / 2)
+    return Camera.look_at(eye, centre, yfov=yfov, width=SIZE[0], height=SIZE[1])
+
+
+def _pick(what: str, text: str, known: Mapping[str, Value]) -> Value:
+    if text in known:
+        return known[text]
+    names = list(known)
+    if text.isdecimal() and int(text) < len(names):
+        return known[names[int(text)]]
+    have = f"one of {', '.join(names)}, by name or index" if names else "described: it has none"
+    raise ValueError(f"{what} must be {have}, got {text!r}")
+
+
+def _point(what: str, text: str) -> npt.NDArray[np.float64]:
+    try:
+        point = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        point = np.zeros(0)
+    if len(point) != 3:
+        raise ValueError(f"{what} must be three numbers x,y,z, got {text!r}")
+    return point
+
+
+def _angle(text: str) -> float:
+    degrees = text.strip().removesuffix("deg")
+    try:
+        angle = float(degrees)
+    except ValueError:
+        raise ValueError(
+            f"camera yfov must be radians, or degrees as in 60deg, got {text!r}"
+        ) from None
+    return angle if degrees == text.strip() else math.radians(angle)

@@ -1,0 +1,297 @@
+"""How wrong a visibility image is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import display
+from .arguments import REAL, array_of
+from .receivers import Receivers
+from .reference import Reference
+
+FALSE_LIT = (255, 64, 48)
+FALSE_SHADOW = (158, 0, 16)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Comparison:
+    """A visibility image against the truth. All that costs time is computed on first use.
+
+    A pixel is *misclassified* where the image says lit and the truth says shadow (*false lit*) or
+    the other way round (*false shadow*). Partly lit pixels count as lit from one half on. Ties of
+    the reference are never misclassified, and count as right in every number here.
+
+    Attributes
+    ----------
+    lit : (H, W) bool
+        What the image says, with the truth where nothing is judged.
+    expected : (H, W) bool
+        What the truth says; True where no surface is seen.
+    covered : (H, W) bool
+        Where the truth sees a surface.
+    judged : (H, W) bool
+        Where it does and there is no tie.
+    facing : (H, W) bool or None
+        Where that surface faces the light; None for a reference that is a plain array, or whose
+        scene has moved since.
+    """
+
+    lit: npt.NDArray[np.bool_]
+    expected: npt.NDArray[np.bool_]
+    covered: npt.NDArray[np.bool_]
+    judged: npt.NDArray[np.bool_]
+    facing: npt.NDArray[np.bool_] | None
+
+    # --- Masks ---
+
+    @cached_property
+    def false_lit(self) -> npt.NDArray[np.bool_]:
+        """(H, W) bool: lit, but should be in shadow."""
+        return self.lit & ~self.expected
+
+    @cached_property
+    def false_shadow(self) -> npt.NDArray[np.bool_]:
+        """(H, W) bool: in shadow, but should be lit."""
+        return ~self.lit & self.expected
+
+    @property
+    def misclassified(self) -> npt.NDArray[np.bool_]:
+        """(H, W) bool: wrong either way."""
+        return self.lit ^ self.expected
+
+    # --- Counts and rates ---
+
+    @cached_property
+    def false_lit_count(self) -> int:
+        """Pixels that are lit but should be in shadow."""
+        return int(np.count_nonzero(self.false_lit))
+
+    @cached_property
+    def false_shadow_count(self) -> int:
+        """Pixels that are in shadow but should be lit."""
+        return int(np.count_nonzero(self.false_shadow))
+
+    @property
+    def misclassified_count(self) -> int:
+        """Pixels that are wrong either way."""
+        return self.false_lit_count + self.false_shadow_count
+
+    @cached_property
+    def covered_count(self) -> int:
+        """Pixels that see a surface, ties included."""
+        return int(np.count_nonzero(self.covered))
+
+    @cached_property
+    def tie_count(self) -> int:
+        """Covered pixels that are not judged, because the truth itself turns on rounding."""
+        return int(np.count_nonzero(self.covered & ~self.judged))
+
+    @cached_property
+    def facing_count(self) -> int | None:
+        """Pixels whose surface faces the light, ties included; None where that is unknown."""
+        return None if self.facing is None else int(np.count_nonzero(self.facing))
+
+    @property
+    def rate_covered(self) -> float:
+        """Misclassified pixels over covered pixels, in [0, 1]; 0 where nothing is covered."""
+        return self.misclassified_count / max(self.covered_count, 1)
+
+    @property
+    def rate_facing(self) -> float | None:
+        """Misclassified pixels over pixels that face the light; None where those are unknown. Only
+        these need a map at all, so this rate does not improve with a wall turned away."""
+        return (
+            None
+            if self.facing_count is None
+            else self.misclassified_count / max(self.facing_count, 1)
+        )
+
+    # --- Likeness of the pictures and of their edges ---
+
+    @cached_property
+    def ssim(self) -> float:
+        """Structural similarity of the two pictures, lit 1 and shadow 0, the background 1 in both;
+        1 where they are equal. NaN for images smaller than 3 x 3."""
+        from skimage import metrics
+
+        # The usual window is 7; smaller images take the largest odd one that fits.
+        window = min(7, *((side - 1) // 2 * 2 + 1 for side in self.lit.shape))
+        if window < 3:
+            return math.nan
+        pictures = (mask.astype(np.float32) for mask in (self.lit, self.expected))
+        similarity: Any = metrics.structural_similarity  # untyped
+        return float(similarity(*pictures, data_range=1.0, win_size=window))
+
+    @cached_property
+    def hausdorff(self) -> float:
+        """Hausdorff distance of the shadow edges in pixels: the greatest distance from an edge in
+        one picture to the nearest in the other. 0 where neither has an edge, inf where one has."""
+        from skimage import metrics
+
+        distance: Any = metrics.hausdorff_distance  # untyped
+        return float(distance(*self._edges))
+
+    @cached_property
+    def edge_displacement(self) -> npt.NDArray[np.float64]:
+        """(n,) float64: for each edge pixel of either picture, the distance in pixels to the
+        nearest edge of the other; [inf] where only one has edges."""
+        from scipy.ndimage import distance_transform_edt
+
+        first, second = self._edges
+        if not first.any() and not second.any():
+            return np.zeros(0)
+        if not first.any() or not second.any():
+            return np.array([math.inf])
+        return np.concatenate(
+            [distance_transform_edt(~second)[first], distance_transform_edt(~first)[second]]
+        )
+
+    @property
+    def edge_displacement_mean(self) -> float:
+        """Mean of `edge_displacement` in pixels; 0 without edges."""
+        return float(self.edge_displacement.mean()) if self.edge_displacement.size else 0.0
+
+    @property
+    def edge_displacement_p95(self) -> float:
+        """95th percentile of `edge_displacement` in pixels; 0 without edges."""
+        if not self.edge_displacement.size:
+            return 0.0
+        # By rank, not interpolated: between two infinities that would be NaN.
+        return float(np.percentile(self.edge_displacement, 95, method="higher"))
+
+    @cached_property
+    def _edges(self) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+        return _edge_mask(self.lit, self.covered), _edge_mask(self.expected, self.covered)
+
+    # --- To look at ---
+
+    def picture(self) -> npt.NDArray[np.uint8]:
+        """(H, W, 3) uint8: the image with wrong pixels in red, false lit bright, false shadow
+        dark."""
+        visibility = np.where(self.covered, self.lit, np.nan).astype(np.float32)
+        picture = display.shadow_picture(visibility)
+        picture[self.false_lit] = FALSE_LIT
+        picture[self.false_shadow] = FALSE_SHADOW
+        return picture
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every number by name, for a table; computes all of them."""
+        names = (
+            "misclassified_count", "false_lit_count", "false_shadow_count",
+            "covered_count", "facing_count", "tie_count", "rate_covered", "rate_facing",
+            "ssim", "hausdorff", "edge_displacement_mean", "edge_displacement_p95",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names}
+
+    def __str__(self) -> str:
+        facing = self.rate_facing
+        return (
+            f"{self.misclassified_count:,} of {self.covered_count:,} covered pixels misclassified "
+            f"({self.rate_covered:.3%}"
+            + (f"; {facing:.3%} of lit-facing" if facing is not None else "")
+            + f"): {self.false_lit_count:,} false lit, {self.false_shadow_count:,} false shadow; "
+            f"{self.tie_count:,} ties not counted"
+        )
+
+    def __repr__(self) -> str:
+        return f"<lixel.Comparison: {self}>"
+
+    def _repr_png_(self) -> bytes:
+        return display.png_bytes(self.picture())
+
+    def _repr_html_(self) -> str:
+        return display.html_figure(self.picture(), self.as_dict().items(), str(self))
+
+
+def compare(
+    visibility: npt.ArrayLike | Receivers, reference: Reference | npt.ArrayLike
+) -> Comparison:
+    """Count the misclassified pixels of a visibility image.
+
+    Parameters
+    ----------
+    visibility : (H, W) float, or Frame
+        Values in [0, 1], NaN where no surface is seen.
+    reference : Reference, or (H, W) float
+        The truth. A plain array has no ties and does not know which surfaces face the light.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    TypeError
+        Arrays that do not hold real numbers.
+    ValueError
+        Shapes that differ, values out of range, or a surface that only one of the two sees in a
+        pixel that is not a tie; the message counts them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> truth = np.array([[1, 0], [0, np.nan]], np.float32)
+    >>> seen = np.array([[1, 1], [0, np.nan]], np.float32)
+    >>> compare(seen, truth).false_lit_count
+    1
+    """
+    image = _visibility("visibility", visibility)
+    truth = _visibility("reference", reference)
+    if image.shape != truth.shape:
+        raise ValueError(
+            f"visibility must have the shape of reference, {truth.shape}, got {image.shape}"
+        )
+    covered = ~np.isnan(truth)
+    judged = covered.copy()
+    facing = None
+    coverage_differs = covered != ~np.isnan(image)
+    if isinstance(reference, Reference):
+        judged &= ~(reference.tie | reference.triangle_tie)
+        # On the rim of an object the first hit itself may be a tie.
+        coverage_differs &= ~reference.triangle_tie
+        facing = reference.facing if reference.is_current else None
+    if coverage_differs.any():
+        missing = int(np.count_nonzero(coverage_differs & covered))
+        extra = int(np.count_nonzero(coverage_differs)) - missing
+        row, column = np.argwhere(coverage_differs)[0].tolist()
+        raise ValueError(
+            "visibility and reference must see surfaces in the same pixels: "
+            f"{missing} only in reference, {extra} only in visibility, "
+            f"first at row {row}, column {column}"
+        )
+    expected = np.where(covered, truth >= 0.5, True)
+    return Comparison(
+        lit=np.where(judged, image >= 0.5, expected),
+        expected=expected,
+        covered=covered,
+        judged=judged,
+        facing=facing,
+    )
+
+
+def _visibility(name: str, value: npt.ArrayLike | Receivers) -> npt.NDArray[Any]:
+    array = array_of(
+        REAL, name, value.visibility if isinstance(value, Receivers) else value, ("H", "W")
+    )
+    outside = (array < 0) | (array > 1)  # False for NaN
+    if outside.any():
+        row, column = np.argwhere(outside)[0].tolist()
+        raise ValueError(
+            f"{name} must be in [0, 1] or NaN, got {array[row, column]} "
+            f"at row {row}, column {column}"
+        )
+    return array
+
+
+def _edge_mask(lit: npt.NDArray[np.bool_], covered: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Covered pixels whose covered neighbour to the right or below differs."""
+    edges = np.zeros_like(lit)
+    edges[:, :-1] |= (lit[:, :-1] != lit[:, 1:]) & covered[:, :-1] & covered[:, 1:]
+    edges[:-1] |= (lit[:-1] != lit[1:]) & covered[:-1] & covered[1:]
+    return edges

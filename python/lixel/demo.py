@@ -1,0 +1,109 @@
+"""Render with methods, and tell of each what it costs and how wrong it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from . import display, scenes
+from .camera import Camera
+from .compare import compare
+from .frame import render
+from .light import Light
+from .methods import METHODS, Method
+from .reference import reference
+from .report import milliseconds, progress, say, table
+from .scene import Scene
+
+RESOLUTIONS = (512, 1024, 2048)
+
+
+def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
+    """Render a built-in scene with every method, write pictures into a folder, print a table.
+
+    Parameters
+    ----------
+    folder : path
+        Made where there is none.
+    width, height : int
+        Size of the images in pixels.
+
+    Returns
+    -------
+    list of dict
+        The rows of the table, as from `judge`.
+    """
+    scene = scenes.colonnade()
+    camera, light = scene.cameras["default"].resized(width, height), scene.lights["default"]
+    say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
+    methods = [
+        method(resolution=resolution) for method in METHODS.values() for resolution in RESOLUTIONS
+    ]
+    rows = judge(scene, camera, light, methods, folder)
+    frame = render(scene, camera, light, methods[-1])
+    frame.save(folder / "shadows.png")
+    print(table(rows))
+    adapter = frame.adapter
+    print(f"\non {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
+    print(f"pictures in {folder}: shadows.png, and one for each row with its wrong pixels in red")
+    return rows
+
+
+def judge(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    methods: Sequence[Method],
+    folder: Path | None = None,
+) -> list[dict[str, Any]]:
+    """Render with each method and compare with the reference.
+
+    Parameters
+    ----------
+    scene, camera, light
+        As for `render`.
+    methods : sequence of Method
+        At least one.
+    folder : path, optional
+        Where the pictures with wrong pixels in red go, named by method and resolution.
+
+    Returns
+    -------
+    list of dict
+        For each method its name and resolution, milliseconds on the GPU in all and per pass, and
+        the pixels that it got wrong.
+    """
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    # In small first: pipelines are compiled on first use, and a machine without a GPU says so
+    # before the reference takes its time.
+    for method in methods:
+        render(scene, camera.resized(64, 64), light, method)
+    first = render(scene, camera, light, methods[0])
+    frames = [render(scene, camera, light, m) for m in progress(methods, "render")]
+    # What depends on the camera alone ran only once, and counts for every frame.
+    again = frames[0].timings
+    shared = {name: ms for name, ms in first.timings.items() if name not in again}
+    say("reference: casting rays on the CPU")
+    truth = reference(scene, camera, light)
+    rows = []
+    for frame in frames:
+        name, resolution = frame.method.name, frame.method.resolution
+        timings = {**shared, **frame.timings}
+        judged = compare(frame, truth)
+        if folder is not None:
+            display.save(folder / f"{name}-{resolution}.png", judged.picture(), frame.visibility)
+        rows.append(
+            {
+                "method": name,
+                "resolution": resolution,
+                "GPU ms": sum(timings.values()),
+                "misclassified": judged.misclassified_count,
+                "% of covered": 100.0 * judged.rate_covered,
+                "false lit": judged.false_lit_count,
+                "false shadow": judged.false_shadow_count,
+                "GPU ms per pass": milliseconds(timings),
+            }
+        )
+    return rows

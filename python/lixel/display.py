@@ -1,0 +1,75 @@
+"""Pictures of visibility images, and how notebooks show them."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+LIT = (226, 224, 216)
+SHADOW = (92, 96, 108)
+BACKGROUND = (255, 255, 255)
+
+
+def shadow_picture(visibility: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """(H, W, 3) uint8: lit light, shadow dark, background white; partly lit in between."""
+    share = np.nan_to_num(visibility, nan=0.0).clip(0.0, 1.0)[..., None]
+    mix = share * np.array(LIT, np.float32) + (1.0 - share) * np.array(SHADOW, np.float32)
+    mix[np.isnan(visibility)] = BACKGROUND
+    return np.asarray((mix + 0.5).astype(np.uint8))
+
+
+def png_bytes(picture: npt.NDArray[np.uint8]) -> bytes:
+    """The picture as a PNG file."""
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(picture).save(stream, format="png")
+    return stream.getvalue()
+
+
+def save(path: str | Path, picture: npt.NDArray[np.uint8], values: npt.NDArray[np.generic]) -> None:
+    """The picture to a .png file, or the values to a .npy file."""
+    target = Path(path)
+    suffix = target.suffix.lower()
+    if suffix == ".png":
+        target.write_bytes(png_bytes(picture))
+    elif suffix == ".npy":
+        np.save(target, values)
+    else:
+        raise ValueError(f"path must end in .png or .npy, got {str(path)!r}")
+
+
+def html_figure(
+    picture: npt.NDArray[np.uint8], rows: Iterable[tuple[str, object]], title: str
+) -> str:
+    """The picture beside a table, for Jupyter."""
+    source = base64.b64encode(png_bytes(picture)).decode("ascii")
+    cells = "".join(
+        f'<tr><th style="text-align:left">{html.escape(name)}</th>'
+        f'<td style="text-align:right">{html.escape(_text(value))}</td></tr>'
+        for name, value in rows
+    )
+    return (
+        '<div style="display:flex;gap:1em;align-items:flex-start;flex-wrap:wrap">'
+        f'<img alt="{html.escape(title)}" style="max-width:640px" '
+        f'src="data:image/png;base64,{source}">'
+        f"<table><caption>{html.escape(title)}</caption>{cells}</table></div>"
+    )
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_text(v) for v in value) or "-"
+    return str(value)

@@ -1,0 +1,215 @@
+"""Rendering: the visibility image alone, or a frame with all that a method has to show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, display
+from .arguments import instance
+from .camera import Camera
+from .light import LIGHTS, Light
+from .methods import Method, method_from
+from .receivers import Receivers
+from .scene import Scene
+
+# What `render` reads back; the rest of a frame follows from it.
+_OUTPUTS = (
+    "visibility",
+    "triangle_id",
+    "shadow_map",
+    "light_matrix",
+    "aliasing_error",
+    "max_effective_resolution",
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Frame(Receivers):
+    """All that one render has to show, as numpy arrays; images are (H, W), row 0 at the top.
+
+    `position`, `normal`, `depth` and `facing` are computed on first use.
+
+    Attributes
+    ----------
+    visibility : (H, W) float32
+        1 lit, 0 in shadow, NaN where no surface is seen.
+    triangle_id : (H, W) int32
+        Row of the scene's `faces`, -1 where no surface is seen.
+    method : Method
+        The method with its parameters.
+    shadow_map : (layers, h, w) float32
+        Depth from the light in [0, 1], 1 where empty.
+    light_matrix : (layers, 4, 4) float64
+        (column, row, depth, w) in texels of the map from a point in world space.
+    aliasing_error : (H, W) float32
+        The papers' m = w'_l / w'_i: the width of a texel over that of the pixel it falls in; above
+        1 shadow edges turn into stairs. NaN where no surface is seen.
+    max_effective_resolution : (2,) float
+        Rosen's MER, (width, height) in texels: the size of a uniform map with the detail that this
+        one has where it has most.
+    timings : dict of str to float
+        Milliseconds on the GPU for each pass that ran. A pass that was not needed has no entry.
+    stats : dict
+        What was culled, skipped and written.
+    adapter : dict
+        Name, type, backend and driver of the machine.
+    """
+
+    method: Method
+    shadow_map: npt.NDArray[np.float32]
+    light_matrix: npt.NDArray[np.float64]
+    aliasing_error: npt.NDArray[np.float32]
+    max_effective_resolution: tuple[float, float]
+    timings: dict[str, float]
+    stats: dict[str, Any]
+    adapter: dict[str, Any]
+
+    def to_image(self, shaded: bool = True) -> npt.NDArray[np.uint8]:
+        """A picture: lit light, shadow dark, background white.
+
+        Parameters
+        ----------
+        shaded : bool
+            Darken surfaces that are turned away from the light or the camera, so that their shape
+            shows in lit and shadowed parts alike.
+
+        Returns
+        -------
+        (H, W, 3) uint8
+        """
+        picture = display.shadow_picture(self.visibility)
+        if not shaded:
+            return picture
+        covered = self.covered
+        normal = self.normal[covered]
+        points = self.position[covered]
+        to_light = self.light.vectors_from(points)
+        to_eye = self.camera.eye - points
+        lit = np.nan_to_num(self.visibility[covered]) * np.clip(_cosine(normal, to_light), 0.0, 1.0)
+        shade = 0.45 + 0.25 * np.abs(_cosine(normal, to_eye)) + 0.3 * lit
+        picture[covered] = (picture[covered] * shade[:, None] + 0.5).astype(np.uint8)
+        return picture
+
+    def save(self, path: str | Path) -> None:
+        """Write the picture (`to_image`) to a .png file, or `visibility` to a .npy file.
+
+        Raises
+        ------
+        ValueError
+            Another ending.
+        """
+        display.save(path, self._picture(), self.visibility)
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        # Shading needs the points, and those are gone once the scene has moved.
+        return self.to_image(shaded=self.is_current)
+
+    def __repr__(self) -> str:
+        height, width = self.visibility.shape
+        return (
+            f"<lixel.Frame: {width} x {height}, {self.method}, "
+            f"{sum(self.timings.values()):.2f} ms on {self.adapter.get('name', 'unknown')}>"
+        )
+
+    def _repr_png_(self) -> bytes:
+        return display.png_bytes(self._picture())
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, object]] = [(f"{k}, ms", v) for k, v in self.timings.items()]
+        rows += [("all passes, ms", sum(self.timings.values())), *self.stats.items()]
+        rows.append(("adapter", self.adapter.get("name", "unknown")))
+        return display.html_figure(self._picture(), rows, str(self.method))
+
+
+def render_shadows(
+    scene: Scene, camera: Camera, light: Light, method: str | Method = "desired_view"
+) -> npt.NDArray[np.float32]:
+    """Which pixels the light reaches.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    light : DirectionalLight
+    method : str or method object
+        A name of `lixel.METHODS`, or an object with parameters such as
+        ``DesiredView(resolution=2048)``.
+
+    Returns
+    -------
+    (H, W) float32
+        1 lit, 0 in shadow, NaN where no surface is seen; row 0 at the top.
+
+    Raises
+    ------
+    ValueError
+        An unknown method; the message lists the known ones.
+    TypeError
+        An argument of another type.
+    DeviceError
+        No adapter, or the adapter lacks what the method needs; the message says the remedy.
+    """
+    visibility: npt.NDArray[np.float32]
+    _, results = _run(scene, camera, light, method, ("visibility",))
+    visibility = results["visibility"]
+    return visibility
+
+
+def render(
+    scene: Scene, camera: Camera, light: Light, method: str | Method = "desired_view"
+) -> Frame:
+    """As `render_shadows`, with everything that the method has to show.
+
+    Parameters
+    ----------
+    scene, camera, light, method
+        As for `render_shadows`.
+
+    Returns
+    -------
+    Frame
+
+    Raises
+    ------
+    ValueError, TypeError, DeviceError
+        As for `render_shadows`.
+    """
+    chosen, results = _run(scene, camera, light, method, _OUTPUTS)
+    return Frame(scene=scene, camera=camera, light=light, method=chosen, **results)
+
+
+def _run(
+    scene: Scene, camera: Camera, light: Light, method: str | Method, outputs: Sequence[str]
+) -> tuple[Method, dict[str, Any]]:
+    check_view(scene, camera, light)
+    chosen = method_from(method)
+    results = _core.render(
+        scene._core,
+        camera._core_for(scene),
+        light._core_light(),
+        chosen.name,
+        chosen.parameters(),
+        outputs,
+    )
+    kept = (*outputs, "timings", "stats", "adapter")
+    return chosen, {name: results[name] for name in kept}
+
+
+def check_view(scene: object, camera: object, light: object) -> None:
+    """Refuses arguments of other types, by name."""
+    instance("scene", scene, Scene)
+    instance("camera", camera, Camera)
+    instance("light", light, *LIGHTS)
+
+
+def _cosine(
+    normal: npt.NDArray[np.floating], vector: npt.NDArray[np.floating]
+) -> npt.NDArray[np.float64]:
+    length = np.linalg.norm(vector, axis=-1)
+    return np.asarray(np.einsum("nc,nc->n", normal, vector) / np.where(length > 0.0, length, 1.0))

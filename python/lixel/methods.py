@@ -1,0 +1,182 @@
+"""The shadow methods: a name, or an object that holds a method's parameters.
+
+The set is closed. It is listed once, in the core (`lixel._core.methods()`); the classes here give
+it types and documentation, and a test holds them to that list.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
+
+from .arguments import count, real
+
+Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShadowMapMethod:
+    """What the methods share that look up a depth in a shadow map.
+
+    Parameters
+    ----------
+    resolution : int
+        Texels along each side of the map.
+    bias : {"auto", "constant", "slope", "receiver_plane"}
+        How far a receiver may lie behind the depth of its texel and still be lit.
+
+        - ``"constant"``: `constant_bias` everywhere.
+        - ``"slope"``: `constant_bias`, and `slope_bias` times the texel's width times the slope of
+          the receiver against the light.
+        - ``"receiver_plane"``: the receiver's plane is evaluated on the texel's own ray, so that a
+          plane never shadows itself; `constant_bias` on top.
+        - ``"auto"``: the receiver's plane, and a bound of the rounding errors; `constant_bias` and
+          `slope_bias` are not read.
+    constant_bias : float, optional
+        In world units along the light's ray. None: the width of one texel for ``"constant"``, 0 for
+        the others.
+    slope_bias : float
+        In texel widths per unit of slope; only ``bias="slope"`` reads it.
+
+    Raises
+    ------
+    TypeError
+        An unknown parameter, or one of the wrong kind.
+    ValueError
+        A value out of range; the message names the parameter, the rule and the value.
+    """
+
+    name: ClassVar[str]
+
+    resolution: int = 1024
+    bias: Bias = "auto"
+    constant_bias: float | None = None
+    slope_bias: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "resolution", count("resolution", self.resolution, "texels"))
+        if self.bias not in get_args(Bias):
+            known = ", ".join(map(repr, get_args(Bias)))
+            raise ValueError(f"bias must be one of {known}, got {self.bias!r}")
+        if self.constant_bias is not None:
+            object.__setattr__(self, "constant_bias", real("constant_bias", self.constant_bias))
+        object.__setattr__(self, "slope_bias", real("slope_bias", self.slope_bias))
+        for parameter in ("constant_bias", "slope_bias"):
+            value = getattr(self, parameter)
+            if value is not None and not 0.0 <= value < math.inf:
+                raise ValueError(f"{parameter} must be finite and not negative, got {value}")
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uniform(ShadowMapMethod):
+    """One map over all casters, each texel as large as the next.
+
+    The light's orthographic box holds every triangle of the scene, so the map does not depend on
+    the camera. With ``x, y`` across and ``z`` along the light, texel and depth of a point are
+
+    .. math:: u = r (x - x_0) / (x_1 - x_0), \\quad v = r (y - y_0) / (y_1 - y_0), \\quad
+              d = (z - z_0) / (z_1 - z_0)
+
+    where the box is the scene's and ``r`` the resolution. A receiver is in shadow where its depth
+    exceeds the one stored in its texel by more than the bias.
+
+    Limits: most texels fall where no pixel looks; in a large scene a texel spans many pixels and
+    shadow edges turn into stairs.
+
+    Parameters are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    L. Williams, "Casting curved shadows on curved surfaces", SIGGRAPH 1978.
+
+    Examples
+    --------
+    >>> Uniform(resolution=2048).parameters()["resolution"]
+    2048
+    """
+
+    name: ClassVar[str] = "uniform"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesiredView(ShadowMapMethod):
+    """One map over what the camera sees lit: the box of the receivers that face the light.
+
+    As `Uniform`, but the box across the light holds only the visible receivers that face the light
+    (all others are in shadow without a map), found from the visibility buffer. No texel lies
+    outside what is seen, and casters that can reach no receiver are left out:
+
+    .. math:: x_0 = \\min_i x_i, \\quad x_1 = \\max_i x_i \\quad \\text{over receivers } i,
+
+    likewise ``y``; depth is the receivers', reached back to the light.
+
+    Limits: within the box texels are still uniform, so that near receivers get too few when far
+    ones widen the box; the map moves with the camera, and its texels flicker.
+
+    Parameters are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 5
+    (desired view); S. Brabec, T. Annen, H.-P. Seidel, "Practical shadow mapping", Journal of
+    Graphics Tools 7(4), 2002.
+
+    Examples
+    --------
+    >>> DesiredView().name
+    'desired_view'
+    """
+
+    name: ClassVar[str] = "desired_view"
+
+
+Method: TypeAlias = Uniform | DesiredView
+
+METHODS: Mapping[str, type[Method]] = MappingProxyType(
+    {method.name: method for method in get_args(Method)}
+)
+"""Every method by name."""
+
+
+def method_from(method: str | Method) -> Method:
+    """The method of a name, with its default parameters; a method object as it is.
+
+    Parameters
+    ----------
+    method : str or method object
+        A name, or a composition of names joined by ``+``.
+
+    Raises
+    ------
+    ValueError
+        An unknown name or composition; the message lists the known ones.
+    TypeError
+        Neither a name nor a method object.
+    """
+    if isinstance(method, Method):
+        return method
+    known = ", ".join(repr(name) for name in METHODS)
+    if isinstance(method, type) and issubclass(method, ShadowMapMethod):
+        raise TypeError(f"method must be an object, {method.__name__}(), got the class itself")
+    if not isinstance(method, str):
+        raise TypeError(
+            f"method must be a name ({known}) or a method object, got {type(method).__name__}"
+        )
+    if method in METHODS:
+        return METHODS[method]()
+    parts = [part.strip() for part in method.split("+")]
+    unknown = [part for part in parts if part not in METHODS]
+    if len(parts) > 1 and not unknown:
+        raise ValueError(f"method {method!r} joins what cannot be joined; known: {known}")
+    raise ValueError(
+        f"method must be one of {known}, got {method!r}"
+        + (f", where {unknown[0]!r} is unknown" if len(parts) > 1 else "")
+    )

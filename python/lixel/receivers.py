@@ -1,0 +1,87 @@
+"""What the camera sees: a triangle for each pixel, and the exact point on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .camera import Camera
+from .light import Light
+from .scene import Scene
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Receivers:
+    """The surface in each pixel; arrays are (H, W, ...) with row 0 at the top.
+
+    Points, normals and depths are computed on first use, in float64 on the CPU.
+
+    Attributes
+    ----------
+    visibility : (H, W) float32
+        1 lit, 0 in shadow, NaN where no surface is seen.
+    triangle_id : (H, W) int32
+        Row of the scene's `faces`, -1 where no surface is seen.
+    scene, camera, light
+        What was rendered.
+    """
+
+    visibility: npt.NDArray[np.float32]
+    triangle_id: npt.NDArray[np.int32]
+    scene: Scene
+    camera: Camera
+    light: Light
+    _generation: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_generation", self.scene._generation)
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the scene's vertices are still those that were rendered."""
+        return self.scene._generation == self._generation
+
+    @cached_property
+    def _surface(
+        self,
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+        if not self.is_current:
+            raise RuntimeError(
+                "the scene's vertices were updated after this was rendered; read position, normal "
+                "and depth before that, or render again"
+            )
+        return _core.surface(self.scene._core, self.camera._core_for(self.scene), self.triangle_id)
+
+    @property
+    def position(self) -> npt.NDArray[np.float64]:
+        """(H, W, 3) float64: where the ray of the pixel's centre meets its triangle's plane, in
+        world space; NaN where no surface is seen."""
+        return self._surface[0]
+
+    @property
+    def normal(self) -> npt.NDArray[np.float32]:
+        """(H, W, 3) float32: the triangle's unit normal in world space, on the camera's side; NaN
+        where no surface is seen."""
+        return self._surface[1]
+
+    @property
+    def depth(self) -> npt.NDArray[np.float64]:
+        """(H, W) float64: distance along the view, not along the ray, in world units; NaN where no
+        surface is seen."""
+        return self._surface[2]
+
+    @property
+    def covered(self) -> npt.NDArray[np.bool_]:
+        """(H, W) bool: where a surface is seen."""
+        return self.triangle_id >= 0
+
+    @cached_property
+    def facing(self) -> npt.NDArray[np.bool_]:
+        """(H, W) bool: where the side of the surface that is seen faces the light. All other
+        pixels are in shadow without asking."""
+        cosine = np.einsum("hwc,hwc->hw", self.normal, self.light.vectors_from(self.position))
+        return np.asarray(cosine > 0.0)  # False for NaN

@@ -1,0 +1,81 @@
+"""The truth to judge every method by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, display
+from .camera import Camera
+from .frame import check_view
+from .light import Light
+from .receivers import Receivers
+from .scene import Scene
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Reference(Receivers):
+    """The right answer for each pixel, and where there is none; (H, W), row 0 at the top.
+
+    `position`, `normal`, `depth` and `facing` are computed on first use.
+
+    Attributes
+    ----------
+    visibility : (H, W) float32
+        1 lit, 0 in shadow, NaN where no surface is seen.
+    tie : (H, W) bool
+        Where lit or shadow turns within rounding distance of an edge or a contact.
+    triangle_id : (H, W) int32
+        The first triangle on the pixel's centre ray, -1 where there is none.
+    triangle_tie : (H, W) bool
+        Where another triangle, or none, is first within rounding distance.
+    """
+
+    tie: npt.NDArray[np.bool_]
+    triangle_tie: npt.NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        height, width = self.visibility.shape
+        ties = int(np.count_nonzero(self.tie | self.triangle_tie))
+        return (
+            f"<lixel.Reference: {width} x {height}, {int(np.count_nonzero(self.covered)):,} "
+            f"pixels covered, {int(np.count_nonzero(self.visibility == 1.0)):,} lit, {ties:,} ties>"
+        )
+
+    def _repr_png_(self) -> bytes:
+        return display.png_bytes(display.shadow_picture(self.visibility))
+
+
+def reference(scene: Scene, camera: Camera, light: Light) -> Reference:
+    """Trace one ray to the light from every visible point, in float64 on all cores of the CPU.
+
+    The points are those of the visibility buffer: where the ray of the pixel's centre meets the
+    triangle's plane. The intersection test is watertight, and a triangle never shadows itself. A
+    surface that shows the camera the side away from the light is in shadow.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    light : DirectionalLight
+
+    Returns
+    -------
+    Reference
+
+    Raises
+    ------
+    TypeError
+        An argument of another type.
+    """
+    check_view(scene, camera, light)
+    results: dict[str, Any] = _core.reference(
+        scene._core, camera._core_for(scene), light._core_light()
+    )
+    fields = ("visibility", "tie", "triangle_id", "triangle_tie")
+    return Reference(
+        scene=scene, camera=camera, light=light, **{name: results[name] for name in fields}
+    )

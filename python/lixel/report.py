@@ -1,0 +1,66 @@
+"""Text for people: tables, and progress on long work."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeVar
+
+Item = TypeVar("Item")
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as text; columns are their keys in order of appearance, numbers stand on the right."""
+    if not rows:
+        return ""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    cells = [columns, *([_cell(row.get(column)) for column in columns] for row in rows)]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(columns))]
+    right = [any(isinstance(row.get(column), (int, float)) for row in rows) for column in columns]
+    lines = [
+        "  ".join(
+            cell.rjust(width) if is_right else cell.ljust(width)
+            for cell, width, is_right in zip(line, widths, right, strict=True)
+        ).rstrip()
+        for line in cells
+    ]
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return "\n".join(lines)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:,.2f}"
+    if isinstance(value, int):
+        return f"{value:,}"
+    return str(value)
+
+
+def milliseconds(timings: Mapping[str, float]) -> str:
+    """Times per pass on one line, in the order of the passes."""
+    return ", ".join(f"{name} {ms:.2f}" for name, ms in timings.items()) or "-"
+
+
+def progress(items: Sequence[Item], label: str) -> Iterator[Item]:
+    """The items, with progress on stderr: a bar where tqdm is installed, else a line for each."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        start = time.perf_counter()
+        for number, item in enumerate(items, 1):
+            print(
+                f"{label}: {number} of {len(items)}, {time.perf_counter() - start:.0f} s",
+                file=sys.stderr,
+                flush=True,
+            )
+            yield item
+    else:
+        yield from tqdm(items, desc=label, leave=False)
+
+
+def say(text: str) -> None:
+    """A line on stderr about what goes on now."""
+    print(text, file=sys.stderr, flush=True)

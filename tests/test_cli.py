@@ -1,0 +1,240 @@
+"""The command line: what its arguments mean, what it writes, and its errors in one line."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import lixel as lx
+from lixel import bench, cli, report
+
+SMALL = ["--size", "96x64"]
+
+
+def parsed_view(*arguments):
+    return cli._view(cli._parser().parse_args(cli._with_vectors_joined(arguments)))
+
+
+@pytest.fixture
+def views_file(tmp_path):
+    path = tmp_path / "views.json"
+    camera = {"eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 60}
+    lights = [
+        {"kind": "point", "position": [0, 9, 0]},
+        {"kind": "directional", "direction": [0, -2, 0]},
+    ]
+    entry = {"file": "plane_and_box", "cameras": [camera], "lights": lights}
+    path.write_text(json.dumps([{"file": "other.glb"}, entry]))
+    return str(path)
+
+
+# --- Cameras and lights ---
+
+
+def test_scene_brings_its_camera_and_light():
+    scene, camera, light = parsed_view("render", "plane_and_box", "-o", "x.png")
+    assert camera == scene.cameras["default"]
+    assert light == scene.lights["default"]
+
+
+@pytest.mark.parametrize("given", ["default", "0"])
+def test_camera_and_light_go_by_name_or_index(given):
+    scene, camera, light = parsed_view(
+        "render", "plane_and_box", "--camera", given, "--light", given, *SMALL, "-o", "x.png"
+    )
+    assert camera == scene.cameras["default"].resized(96, 64)
+    assert light == scene.lights["default"]
+
+
+def test_camera_and_light_are_described():
+    _, camera, light = parsed_view(
+        *("render", "plane_and_box", *SMALL, "-o", "x.png"),
+        *("--camera", "-1,2,5;0,1e-1,0;60deg", "--light", "-1,-2,0"),
+    )
+    expected = lx.Camera.look_at((-1, 2, 5), (0, 0.1, 0), yfov=math.pi / 3, width=96, height=64)
+    assert camera.pose == pytest.approx(expected.pose)
+    assert camera.focal == pytest.approx(expected.focal)
+    assert light == lx.DirectionalLight((-1, -2, 0))
+
+
+def test_camera_takes_radians_and_up():
+    _, camera, _ = parsed_view(
+        "render", "plane_and_box", "-o", "x.png", "--camera", "0,5,0;0,0,0;1;1,0,0"
+    )
+    assert camera.yfov == pytest.approx(1.0)
+    assert camera.pose[:3, 1] == pytest.approx((1, 0, 0))
+
+
+def test_views_replace_the_scenes_own(views_file):
+    _, camera, light = parsed_view(
+        "render", "plane_and_box", "-o", "x.png", "--views", views_file, "--light", "1"
+    )
+    assert camera.eye == pytest.approx((1, 2, 3))
+    assert camera.yfov == pytest.approx(math.radians(60))
+    assert light == lx.DirectionalLight((0, -1, 0))
+
+
+def test_a_scene_without_camera_is_seen_whole():
+    scene = lx.scenes.plane_and_box()
+    camera = cli.see_all(scene)
+    low, high = scene.bounds
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    local = (corners - camera.eye) @ camera.pose[:3, :3]
+    pixels = local[:, :2] * camera.focal / -local[:, 2:] * (1, -1) + camera.centre
+    assert (local[:, 2] < 0).all()
+    assert ((pixels > 0) & (pixels < (camera.width, camera.height))).all()
+
+
+# --- Errors: one line, exit code 2 ---
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "COMMAND"),
+        (["render", "plane_and_box"], "--output"),
+        (["render", "plane_and_box", "-o", "x.jpg"], "output must end in .png or .npy"),
+        (["render", "nothing", "-o", "x.png"], "plane_and_box"),
+        (["render", "missing.glb", "-o", "x.png"], "missing.glb"),
+        (["render", "plane_and_box", "-o", "x.png", "--size", "9"], "WIDTHxHEIGHT"),
+        (["render", "plane_and_box", "-o", "x.png", "--size", "0x9"], "width"),
+        (["render", "plane_and_box", "-o", "x.png", "--method", "magic"], "desired_view"),
+        (["render", "plane_and_box", "-o", "x.png", "--resolution", "0"], "resolution"),
+        (["render", "plane_and_box", "-o", "x.png", "--set", "x=1"], "slope_bias"),
+        (["render", "plane_and_box", "-o", "x.png", "--set", "x"], "NAME=VALUE"),
+        (["render", "plane_and_box", "-o", "x.png", "--camera", "7"], "default"),
+        (["render", "plane_and_box", "-o", "x.png", "--camera", "1;2"], "eye;target;yfov"),
+        (["render", "plane_and_box", "-o", "x.png", "--camera", "1,2,3;0,0;1"], "x,y,z"),
+        (["render", "plane_and_box", "-o", "x.png", "--camera", "1,2,3;0,0,0;wide"], "60deg"),
+        (["render", "plane_and_box", "-o", "x.png", "--light", "1,2"], "x,y,z"),
+        (["render", "plane_and_box", "-o", "x.png", "--light", "0,0,0"], "zero length"),
+        (["render", "plane_and_box", "-o", "x.png", "--views", "missing.json"], "missing.json"),
+        (["bench", "--scene", "plane_and_box", "--repeats", "0"], "repeats"),
+    ],
+)
+def test_a_mistake_is_one_line(arguments, message, capfd):
+    assert cli.main(arguments) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("lixel: error: ")
+    assert err.count("\n") == 1
+    assert message in err
+
+
+@pytest.mark.parametrize("content", ["{", "[]", "3", '{"cameras": [{"eye": [0, 0, 1]}]}'])
+def test_a_bad_file_of_views_is_one_line(content, tmp_path, capfd):
+    path = tmp_path / "views.json"
+    path.write_text(content)
+    assert cli.main(["render", "plane_and_box", "-o", "x.png", "--views", str(path)]) == 2
+    err = capfd.readouterr().err
+    assert err.count("\n") == 1
+    assert "views" in err
+
+
+def test_a_light_of_another_kind_is_refused(views_file, capfd):
+    arguments = ["render", "plane_and_box", "-o", "x.png", "--views", views_file, "--light", "0"]
+    assert cli.main(arguments) == 2
+    assert "light must be directional, got 0, a point" in capfd.readouterr().err
+
+
+def test_a_machine_without_a_device_is_one_line(monkeypatch, capfd):
+    def refuse(*_):
+        raise lx.DeviceError("no adapter:\ninstall a driver")
+
+    monkeypatch.setattr(cli, "render_frame", refuse)
+    assert cli.main(["render", "plane_and_box", "-o", "x.png"]) == 2
+    assert capfd.readouterr().err == "lixel: error: no adapter: install a driver\n"
+
+
+# --- What the commands do ---
+
+
+def test_version(capfd):
+    with pytest.raises(SystemExit) as end:
+        cli.main(["--version"])
+    assert end.value.code == 0
+    assert capfd.readouterr().out == f"lixel {lx.__version__}\n"
+
+
+def test_render_writes_an_array_and_a_picture(tmp_path, capfd):
+    array, picture = tmp_path / "a.npy", tmp_path / "a.png"
+    for path in (array, picture):
+        assert cli.main(["render", "plane_and_box", *SMALL, "-o", str(path)]) == 0
+    visibility = np.load(array)
+    assert visibility.shape == (64, 96)
+    assert visibility.dtype == np.float32
+    assert set(np.unique(visibility[~np.isnan(visibility)])) == {0.0, 1.0}
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert " ms" in capfd.readouterr().out
+
+
+def test_render_takes_parameters(tmp_path):
+    path = tmp_path / "a.npy"
+    method = ["--method", "uniform", "--resolution", "256"]
+    bias = ["--set", "bias=constant", "--set", "constant_bias=0.01"]
+    assert cli.main(["render", "plane_and_box", *SMALL, "-o", str(path), *method, *bias]) == 0
+    scene = lx.scenes.plane_and_box()
+    expected = lx.render_shadows(
+        scene,
+        scene.cameras["default"].resized(96, 64),
+        scene.lights["default"],
+        lx.Uniform(resolution=256, bias="constant", constant_bias=0.01),
+    )
+    np.testing.assert_array_equal(np.load(path), expected)
+
+
+def test_compare_judges_every_method_and_writes_red_pictures(tmp_path, capfd):
+    arguments = ["compare", "plane_and_box", *SMALL, "--resolution", "64", "--resolution", "512"]
+    assert cli.main([*arguments, "-o", str(tmp_path / "red")]) == 0
+    table = capfd.readouterr().out.splitlines()
+    assert table[0].split()[:2] == ["method", "resolution"]
+    names = [(name, n) for name in lx.METHODS for n in ("64", "512")]
+    assert [tuple(line.split()[:2]) for line in table[2:]] == names
+    written = {path.name for path in (tmp_path / "red").iterdir()}
+    assert written == {f"{name}-{n}.png" for name, n in names}
+
+
+def test_info_names_the_device(capfd):
+    assert cli.main(["info"]) == 0
+    out = capfd.readouterr().out
+    assert out.startswith(f"lixel {lx.__version__}\n")
+    assert "in use" in out
+
+
+def test_demo_writes_pictures(tmp_path, capfd):
+    assert cli.main(["demo", "--out", str(tmp_path), "--size", "96x64"]) == 0
+    assert (tmp_path / "shadows.png").is_file()
+    assert (tmp_path / "desired_view-2048.png").is_file()
+    assert "misclassified" in capfd.readouterr().out
+
+
+def test_bench_tells_times_and_wrong_pixels(capfd):
+    assert cli.main(["bench", "--scene", "plane_and_box", *SMALL, "--repeats", "3"]) == 0
+    table = capfd.readouterr().out.splitlines()
+    assert table[1].split()[:4] == ["renderer", "ms,", "median", "least"]
+    assert table[3].startswith("lixel desired_view 2048 ")
+
+
+def test_bench_runs_the_peers_that_are_installed(view):
+    scene, camera, light = view
+    names = {name for name, (module, _) in bench.PEERS.items() if module == "embreex"}
+    rows = bench.run(scene, camera, light, lx.Uniform(), repeats=1, peers=True)
+    assert names < {row["renderer"] for row in rows}
+    for row in rows:
+        assert row["frames"] == 1
+        if row["renderer"] in names:
+            assert row["wrong pixels"] <= 2
+
+
+# --- Tables ---
+
+
+def test_table_aligns_numbers_on_the_right():
+    rows = [{"name": "a", "count": 1234}, {"name": "bcd", "ms": 1.5}]
+    assert report.table(rows).splitlines() == [
+        "name  count    ms",
+        "----  -----  ----",
+        "a     1,234     -",
+        "bcd       -  1.50",
+    ]

@@ -1,0 +1,48 @@
+"""The package as a whole: names, documentation, and a quick import."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import subprocess
+import sys
+
+import pytest
+
+import lixel as lx
+
+MODULES = [m.name for m in pkgutil.iter_modules(lx.__path__) if m.name not in ("_core", "__main__")]
+
+
+@pytest.mark.parametrize("name", lx.__all__)
+def test_public_names_are_documented(name):
+    value = getattr(lx, name)
+    if inspect.isclass(value) or inspect.isfunction(value) or inspect.ismodule(value):
+        assert inspect.getdoc(value)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_docstring_examples_run(name):
+    module = importlib.import_module(f"lixel.{name}")
+    # sys.modules, because `lixel.compare` is the function.
+    assert doctest.testmod(sys.modules[module.__name__]).failed == 0
+
+
+def test_import_leaves_slow_packages_alone():
+    code = "import lixel, sys; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    slow = {"trimesh", "skimage", "scipy", "matplotlib", "PIL"}
+    assert slow.isdisjoint(loaded.stdout.split())
+
+
+def test_info_is_readable():
+    found = lx.info()
+    text = str(found)
+    assert lx.__version__ in text
+    assert (found.device is None) == (found.problem is not None)
+    for adapter in found.adapters:
+        assert adapter["name"] in text

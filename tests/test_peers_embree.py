@@ -1,0 +1,140 @@
+"""The reference against Embree, from the same points.
+
+Embree computes in float32 and has no rule for rays that pass an edge or start on a surface, so the
+two may differ. Every pixel in which they do, and which the reference does not call a tie, is
+settled by testing all triangles of the scene in float64: the reference must be right.
+
+Scenes of a folder with a scenes.json are judged too: the folder that LIXEL_SCENES names, or
+shared/scenes beside the repository. LIXEL_TEST_SIZE, for example 1920x1080, sets the size of the
+images.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+import lixel as lx
+from lixel.cli import Views
+
+SIZE = tuple(int(n) for n in os.environ.get("LIXEL_TEST_SIZE", "480x270").split("x"))
+
+GENERATED = {
+    "plane_and_box": lx.scenes.plane_and_box,
+    "objects_on_floor": lx.scenes.objects_on_floor,
+    "colonnade": lx.scenes.colonnade,
+    "city": lx.scenes.city,
+    "needles": lx.scenes.needles,
+    "terrain": lambda: lx.scenes.terrain(cells=200),
+}
+
+FOLDER = Path(
+    os.environ.get("LIXEL_SCENES", Path(__file__).parents[2] / "shared" / "scenes")
+).resolve()
+
+
+def listed_scenes():
+    """The files of the folder, or one case that is skipped and says why."""
+    if not (FOLDER / "scenes.json").is_file():
+        reason = "scenes from files left out: LIXEL_SCENES names no folder with a scenes.json"
+        return [pytest.param("", marks=pytest.mark.skip(reason=reason))]
+    return [entry["file"] for entry in json.loads((FOLDER / "scenes.json").read_text())]
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_reference_is_right_on_generated_scenes(name):
+    scene = GENERATED[name]()
+    judge(scene, scene.cameras["default"].resized(*SIZE), scene.lights["default"])
+
+
+@pytest.mark.parametrize("name", listed_scenes())
+def test_reference_is_right_on_scenes_of_the_folder(name):
+    scene = lx.load(FOLDER / name)
+    views = Views.read(FOLDER / "scenes.json", name)
+    assert views.cameras, f"{name} has no camera"
+    for camera in views.cameras.values():
+        for light in views.lights.values():
+            judge(scene, camera.resized(*SIZE), light)
+
+
+def judge(scene, camera, light):
+    truth = lx.reference(scene, camera, light)
+    embree = EmbreeScene()
+    TriangleMesh(embree, scene.vertices.astype(np.float32), scene.faces.astype(np.int32))
+
+    directions = ray_directions(camera)
+    judge_first_hits(scene, camera, truth, embree, directions)
+    judge_shadows(scene, light, truth, embree)
+
+
+def judge_first_hits(scene, camera, truth, embree, directions):
+    eyes = np.broadcast_to(camera.eye.astype(np.float32), directions.shape).copy()
+    seen = embree.run(eyes, directions.astype(np.float32)).reshape(truth.triangle_id.shape)
+    differ = (seen != truth.triangle_id) & ~truth.triangle_tie
+    assert differ.mean() < 0.01
+    corners = scene.vertices[scene.faces] - camera.eye
+    for row, column in np.argwhere(differ):
+        direction = directions[row * camera.width + column]
+        distance = distances(corners, np.zeros(3), direction)
+        # The depth of a surface beyond the far plane or before the near one is not seen.
+        depth = distance * -(direction @ camera.pose[:3, 2])
+        distance[(depth > camera.zfar) | (depth < (camera.znear or 0.0))] = np.inf
+        nearest, found = distance.min(), truth.triangle_id[row, column]
+        where = f"row {row}, column {column}"
+        if found < 0:
+            assert nearest == np.inf, f"{where}: a surface was missed"
+        else:
+            # Triangles on each other are equally near.
+            assert distance[found] <= nearest * (1 + 1e-12), f"{where}: not the first surface"
+
+
+def judge_shadows(scene, light, truth, embree):
+    rows, columns = np.nonzero(truth.facing & ~truth.tie & ~truth.triangle_tie)
+    points = truth.position[rows, columns]
+    own = truth.triangle_id[rows, columns]
+    to_light = -light.direction
+    lit = truth.visibility[rows, columns] == 1.0
+
+    # Embree needs its rays to start above the surface.
+    above = points + truth.normal[rows, columns] * (1e-6 * np.abs(scene.bounds).max())
+    blocked = embree.run(
+        above.astype(np.float32),
+        np.broadcast_to(to_light.astype(np.float32), above.shape).copy(),
+        query="OCCLUDED",
+    )
+    differ = np.flatnonzero(lit != (blocked < 0))
+    assert len(differ) < 0.01 * max(len(lit), 1)
+    corners = scene.vertices[scene.faces]
+    for i in differ:
+        distance = distances(corners, points[i], to_light)
+        distance[own[i]] = np.inf
+        assert lit[i] == (distance.min() == np.inf), (
+            f"row {rows[i]}, column {columns[i]}: the reference says lit {lit[i]}"
+        )
+
+
+def distances(corners, origin, direction):
+    """Along one ray to each of the triangles, in float64; inf where it passes by or lies behind."""
+    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    across = np.cross(direction, edge_2)
+    volume = np.einsum("nc,nc->n", edge_1, across)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        start = origin - corners[:, 0]
+        u = np.einsum("nc,nc->n", start, across) / volume
+        turned = np.cross(start, edge_1)
+        v = turned @ direction / volume
+        distance = np.einsum("nc,nc->n", edge_2, turned) / volume
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+    return np.where(hit, distance, np.inf)
+
+
+def ray_directions(camera):
+    """(H * W, 3) float64 through the pixels' centres, at depth 1."""
+    x = (np.arange(camera.width) + 0.5 - camera.centre[0]) / camera.focal[0]
+    y = (np.arange(camera.height) + 0.5 - camera.centre[1]) / camera.focal[1]
+    right, up, back = camera.pose[:3, :3].T
+    return (x[None, :, None] * right - y[:, None, None] * up - back).reshape(-1, 3)

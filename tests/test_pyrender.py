@@ -1,0 +1,101 @@
+"""The reference against pyrender, which renders directional shadows with OpenGL.
+
+What this can show: both see the same surfaces from the same camera, at the same depth, and the same
+shadows fall in the same places and the same direction. Cameras and light poses need no conversion.
+
+What it cannot show: which of the two is right in a pixel. pyrender has one map of 2048 x 2048
+texels around the whole scene, a slope-dependent bias and a 3 x 3 filter; 3 to 7 % of its pixels are
+wrong. So the bounds here are wide, and the exact judge is tests/test_peers_embree.py.
+"""
+
+import os
+
+import numpy as np
+import pytest
+from skimage.metrics import structural_similarity
+
+import lixel as lx
+
+# Off screen; set before the first import of OpenGL.
+os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
+
+WIDTH, HEIGHT = 480, 270
+
+
+@pytest.fixture(scope="module")
+def pyrender():
+    import pyglet
+
+    # pyrender imports its viewer, which would ask for X.
+    pyglet.options["headless"] = True
+    import pyrender
+
+    return pyrender
+
+
+@pytest.mark.parametrize("name", ["plane_and_box", "colonnade", "objects_on_floor"])
+def test_pyrender_sees_the_same_surfaces_and_shadows(pyrender, name):
+    scene = getattr(lx.scenes, name)()
+    camera = scene.cameras["default"].resized(WIDTH, HEIGHT)
+    light = scene.lights["default"]
+    truth = lx.reference(scene, camera, light)
+    visibility, depth = render(pyrender, scene, camera, light)
+
+    # The same surfaces, but for silhouettes: pyrender's depth is that of one of four samples in the
+    # pixel, not of its centre.
+    covered = truth.covered & (depth > 0)
+    assert np.mean(truth.covered != (depth > 0)) < 0.005
+    assert np.mean(~np.isclose(depth[covered], truth.depth[covered], rtol=0.01)) < 0.05
+
+    # The same shadows, where pyrender's shading tells lit from shadow at all.
+    judged = covered & ~np.isnan(visibility)
+    assert judged.sum() > 0.3 * covered.sum()
+    differ = (visibility != truth.visibility) & judged
+    print(f"{name}: {differ.sum() / judged.sum():.2%} of {judged.sum()} pixels differ")
+    assert differ.sum() < 0.10 * judged.sum()
+
+    filled = [np.where(judged, v, 1.0) for v in (visibility, truth.visibility)]
+    assert structural_similarity(*filled, data_range=1.0) > 0.7
+    # A light from elsewhere fails the same test.
+    turned = lx.DirectionalLight(light.direction * (-1, 1, -1))
+    other = lx.reference(scene, camera, turned).visibility
+    assert ((other != truth.visibility) & judged).sum() > 2 * differ.sum()
+
+
+def render(pyrender, scene, camera, light):
+    """pyrender's visibility, 1 lit, 0 in shadow, NaN where the surface is turned away from the
+    light or too dark to tell; and its depth, 0 where there is no surface."""
+    import trimesh
+
+    stage = pyrender.Scene(ambient_light=(0, 0, 0), bg_color=(0, 0, 0, 0))
+    material = pyrender.MetallicRoughnessMaterial(
+        baseColorFactor=(1, 1, 1, 1), metallicFactor=0, roughnessFactor=1, doubleSided=True
+    )
+    mesh = trimesh.Trimesh(scene.vertices, scene.faces, process=False)
+    stage.add(pyrender.Mesh.from_trimesh(mesh, material=material, smooth=False))
+    znear, zfar = 0.05, 500.0
+    stage.add(
+        pyrender.IntrinsicsCamera(*camera.focal, *camera.centre, znear=znear, zfar=zfar),
+        pose=camera.pose,
+    )
+    stage.add(pyrender.DirectionalLight(intensity=5.0), pose=pose_along(light.direction))
+    renderer = pyrender.OffscreenRenderer(camera.width, camera.height)
+    try:
+        shadowed, depth = renderer.render(stage, pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
+        plain, _ = renderer.render(stage)
+    finally:
+        renderer.delete()
+    shadowed, plain = (picture.sum(-1, dtype=float) for picture in (shadowed, plain))
+    tells = (depth > 0) & (plain > 60)
+    return np.where(tells, (shadowed > 0.5 * plain).astype(float), np.nan), depth
+
+
+def pose_along(direction):
+    """A pose that looks along a direction."""
+    back = -direction
+    right = np.cross((0.0, 1.0, 0.0) if abs(back[1]) < 0.9 else (1.0, 0.0, 0.0), back)
+    pose = np.eye(4)
+    pose[:3, 0] = right / np.linalg.norm(right)
+    pose[:3, 1] = np.cross(back, pose[:3, 0])
+    pose[:3, 2] = back
+    return pose
