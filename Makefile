@@ -1,0 +1,74 @@
+# make demo     build, render, write pictures into out/, print a table
+# make test     build and run every test
+# make lint     formatting, lints and types
+# make fmt      format everything
+# make wheel    a wheel and a source distribution in dist/
+# make clean    remove what the others made
+
+PYTHON ?= python3
+VENV := $(CURDIR)/.venv
+BIN := $(VENV)/bin
+OUT ?= out
+
+# pyo3 asks this Python what to link against.
+export PYO3_PYTHON := $(BIN)/python
+export VIRTUAL_ENV := $(VENV)
+unexport CONDA_PREFIX
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test lint fmt wheel clean setup setup-test build
+.NOTPARALLEL:
+
+demo: setup $(VENV)/.installed build
+	$(BIN)/lixel demo --out $(OUT)
+
+test: setup-test $(VENV)/.installed-test build
+	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')" \
+	  cargo test --locked
+	$(BIN)/python -m pytest
+
+lint: setup-test $(VENV)/.installed-test build
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict python/lixel
+	$(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml lixel._core
+
+fmt: $(VENV)/.installed-test
+	cargo fmt
+	$(BIN)/ruff check --fix-only .
+	$(BIN)/ruff format .
+
+wheel: setup $(VENV)/.maturin
+	$(BIN)/maturin build --release --locked --strip --sdist --out dist
+
+clean:
+	rm -rf target dist out .venv .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -f python/lixel/*.so
+	find python tests -name __pycache__ -prune -exec rm -rf {} +
+
+setup:
+	@PYTHON=$(PYTHON) .ci/setup
+
+setup-test:
+	@PYTHON=$(PYTHON) .ci/setup test
+
+# Only the extension module, in place: the rest of the package is used from python/.
+build:
+	$(BIN)/maturin develop --release --locked --skip-install --quiet
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.maturin: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet 'maturin>=1.9.4,<2'
+	@touch $@
+
+$(VENV)/.installed: pyproject.toml $(VENV)/.maturin
+	$(BIN)/maturin develop --release --locked
+	@touch $@
+
+$(VENV)/.installed-test: pyproject.toml $(VENV)/.maturin
+	$(BIN)/maturin develop --release --locked --extras test
+	@touch $@ $(VENV)/.installed
