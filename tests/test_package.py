@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import importlib
 import inspect
+import os
 import pkgutil
 import subprocess
 import sys
@@ -37,6 +38,22 @@ def test_import_leaves_slow_packages_alone():
     )
     slow = {"trimesh", "skimage", "scipy", "matplotlib", "PIL"}
     assert slow.isdisjoint(loaded.stdout.split())
+
+
+def test_a_server_without_a_desktop_gets_no_complaints():
+    desktop = {"XDG_RUNTIME_DIR", "NODEVICE_SELECT"}
+    code = (
+        "import lixel as lx; s = lx.scenes.plane_and_box(); "
+        "lx.render_shadows(s, s.cameras['default'].resized(64, 36), s.lights['default'])"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={name: value for name, value in os.environ.items() if name not in desktop},
+    )
+    assert (ran.stdout, ran.stderr) == ("", "")
 
 
 def test_info_is_readable():

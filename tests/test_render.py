@@ -1,0 +1,153 @@
+"""Rendering the same thing twice, in parallel, in other processes, and after a change."""
+
+from __future__ import annotations
+
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from views import HEIGHT, WIDTH, cameras, small
+
+import lixel as lx
+
+METHODS = list(lx.METHODS.values())
+ARRAYS = ("visibility", "triangle_id", "shadow_map", "light_matrix", "aliasing_error")
+
+
+def assert_same(a: lx.Frame, b: lx.Frame) -> None:
+    """To the bit."""
+    for name in ARRAYS:
+        assert getattr(a, name).tobytes() == getattr(b, name).tobytes(), name
+    assert a.max_effective_resolution == b.max_effective_resolution
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ["objects_on_floor", "needles", "terrain"])
+def test_the_same_call_gives_the_same_bytes(name, method):
+    scene, twin = small(name), small(name)
+    camera, light = scene.cameras["default"].resized(640, 360), scene.lights["default"]
+    first = lx.render(scene, camera, light, method())
+    # The second frame finds the visibility buffer, the third does not, the fourth is another scene.
+    assert_same(first, lx.render(scene, camera, light, method()))
+    lx.render(scene, camera.resized(64, 64), light, method())
+    assert_same(first, lx.render(scene, camera, light, method()))
+    assert_same(first, lx.render(twin, camera, light, method()))
+
+
+def test_another_light_starts_at_the_receivers():
+    scene = small("colonnade")
+    camera = scene.cameras["default"].resized(WIDTH, HEIGHT)
+    light, other = scene.lights["default"], lx.DirectionalLight((-0.5, -1, 0.1))
+    first = lx.render(scene, camera, light)
+    assert "visibility" in first.timings
+    second = lx.render(scene, camera, other)
+    assert "visibility" not in second.timings
+    assert "visibility" in second.stats["skipped"]
+    assert_same(second, lx.render(small("colonnade"), camera, other))
+    # An equal camera is the same camera; another one is not.
+    again = small("colonnade").cameras["default"].resized(WIDTH, HEIGHT)
+    assert "visibility" not in lx.render(scene, again, light).timings
+    assert "visibility" in lx.render(scene, again.resized(WIDTH, HEIGHT + 1), light).timings
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_moved_vertices_are_a_new_scene(method):
+    scene = small("objects_on_floor")
+    camera, light = scene.cameras["default"].resized(WIDTH, HEIGHT), scene.lights["default"]
+    start = scene.vertices
+    before = lx.render(scene, camera, light, method())
+    random = np.random.default_rng(5)
+    # Float32 coordinates, others, a flattened scene, then back.
+    for vertices in (
+        np.round(start * 64) / 64 + (0.5, 0, 0),
+        start * 1.1 + random.normal(scale=0.02, size=start.shape),
+        start * (1, 0, 1),
+        start,
+    ):
+        scene.update_vertices(vertices)
+        frame = lx.render(scene, camera, light, method())
+        assert "visibility" in frame.timings
+        assert_same(frame, lx.render(lx.Scene(vertices, scene.faces), camera, light, method()))
+        truth = lx.reference(scene, camera, light)
+        differ = (frame.triangle_id != truth.triangle_id) & ~truth.triangle_tie
+        assert not differ.any()
+    assert_same(frame, before)
+
+
+def test_threads_render_what_one_thread_renders():
+    names = ["objects_on_floor", "colonnade", "city", "plane_and_box"]
+    shared = small("objects_on_floor")
+    jobs = [
+        (scene, camera, scene.lights["default"], method(resolution=resolution))
+        for scene in (shared, *map(small, names))
+        for _, camera in list(cameras(scene))[:3]
+        for method in METHODS
+        for resolution in (128, 512)
+    ]
+    serial = [lx.render(*job) for job in jobs]
+    with ThreadPoolExecutor(4) as pool:
+        parallel = list(pool.map(lambda job: lx.render(*job), jobs))
+        backwards = list(pool.map(lambda job: lx.render(*job), reversed(jobs)))
+    for one, other, third in zip(serial, parallel, reversed(backwards), strict=True):
+        assert_same(one, other)
+        assert_same(one, third)
+
+
+def test_processes_render_what_this_one_renders():
+    """Scenes, cameras, lights and methods travel to fresh processes, as Dask or MPI send them."""
+    jobs = [
+        (small(name), method(resolution=256))
+        for name in ("plane_and_box", "objects_on_floor")
+        for method in METHODS
+    ]
+    views = [
+        (scene, scene.cameras["default"].resized(WIDTH, HEIGHT), scene.lights["default"], method)
+        for scene, method in jobs
+    ]
+    here = [lx.render_shadows(*view) for view in views]
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        futures = [pool.submit(lx.render_shadows, *view) for view in views]
+        there = [future.result(timeout=120) for future in futures]
+    assert [a.tobytes() for a in here] == [b.tobytes() for b in there]
+
+
+def test_the_shaders_stay_inside_their_arrays():
+    """The shipped shaders are compiled without bounds checks. With checks, in a process of its own,
+    they must give the same bytes: a read outside an array would give another value."""
+    scene = small("objects_on_floor")
+    views = [
+        (scene, camera, scene.lights["default"], method(resolution=257))
+        for _, camera in cameras(scene)
+        for method in METHODS
+    ]
+    here = [lx.render_shadows(*view).tobytes() for view in views]
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, context, initializer=_check_shaders) as pool:
+        there = [pool.submit(lx.render_shadows, *view) for view in views]
+        assert here == [future.result(timeout=300).tobytes() for future in there]
+
+
+def _check_shaders() -> None:
+    import os
+
+    os.environ["LIXEL_CHECKED_SHADERS"] = "1"
+
+
+def test_large_and_small_frames_in_turn():
+    """Scratch memory is kept from frame to frame; nothing of the last one shows in the next."""
+    scene = small("objects_on_floor")
+    light = scene.lights["default"]
+    camera = scene.cameras["default"]
+    small_frame = lx.render(scene, camera.resized(64, 36), light, lx.DesiredView(resolution=64))
+    for size, resolution in (((800, 450), 1500), ((64, 36), 64), ((31, 77), 2000), ((64, 36), 64)):
+        frame = lx.render(
+            scene, camera.resized(*size), light, lx.DesiredView(resolution=resolution)
+        )
+        if size == (64, 36):
+            assert_same(frame, small_frame)
+    lx._core.clear_cache()
+    assert_same(
+        small_frame,
+        lx.render(scene, camera.resized(64, 36), light, lx.DesiredView(resolution=64)),
+    )

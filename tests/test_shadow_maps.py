@@ -1,0 +1,384 @@
+"""Shadow maps: what a texel holds, where a point falls, and what the lookup makes of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from views import HEIGHT, WIDTH, small
+
+import lixel as lx
+
+METHODS = list(lx.METHODS.values())
+
+
+def turn(seed: int) -> np.ndarray:
+    """A rotation; the identity for seed 0."""
+    if seed == 0:
+        return np.eye(3)
+    q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    q *= np.sign(np.diag(r))
+    return q * np.linalg.det(q)
+
+
+def grid(cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """The square from (-1, 0, -1) to (1, 0, 1) in `cells` by `cells` quads."""
+    x, z = np.meshgrid(*2 * [np.linspace(-1, 1, cells + 1)], indexing="ij")
+    vertices = np.stack([x, np.zeros_like(x), z], axis=-1).reshape(-1, 3)
+    a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    b = a + cells + 1
+    return vertices, np.concatenate([np.stack([a, a + 1, b], 1), np.stack([b, a + 1, b + 1], 1)])
+
+
+# --- What a texel holds ---
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ["plane_and_box", "objects_on_floor", "colonnade"])
+def test_a_texel_holds_the_nearest_depth_on_the_ray_through_its_centre(name, method):
+    if name == "colonnade":
+        scene = lx.scenes.colonnade(columns=2, detail=8)
+    elif name == "objects_on_floor":
+        scene = lx.scenes.objects_on_floor(count=16, subdivisions=0)
+    else:
+        scene = small(name)
+    resolution = 96
+    camera = next(iter(small(name).cameras.values())).resized(WIDTH, HEIGHT)
+    frame = lx.render(scene, camera, scene.lights["default"], method(resolution=resolution))
+    assert frame.shadow_map.shape == (1, resolution, resolution)
+    nearest, farthest = cast_texels(scene, frame.light_matrix[0], resolution)
+    depth = frame.shadow_map[0]
+    tolerance = 2.0**-20
+    assert (depth >= nearest - tolerance).all()
+    assert (depth <= farthest + tolerance).all()
+    # Few texels leave a choice, and what is there is neither empty nor full.
+    assert np.mean(farthest - nearest > tolerance) < 0.03
+    assert np.mean(depth < 1.0) > 0.05
+
+
+def cast_texels(
+    scene: lx.Scene, light_matrix: np.ndarray, resolution: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nearest depth on the ray of each texel's centre, in float64 over all triangles: with
+    triangles a hair larger than they are, and a hair smaller. 1 where nothing is hit."""
+    corners = scene.vertices[scene.faces]
+    homogeneous = np.concatenate([corners, np.ones((*corners.shape[:2], 1))], axis=2)
+    projected = homogeneous @ light_matrix.T
+    a, b, c = np.moveaxis(projected[..., :3] / projected[..., 3:], 1, 0)
+    centre = np.arange(resolution) + 0.5
+    texels = np.stack(np.meshgrid(centre, centre), axis=-1)  # [row, column] = (x, y)
+
+    def side(p, q):
+        """Distance from the line through p and q in texels, positive on its left."""
+        edge = (q - p)[:, None, None, :2]
+        offset = texels - p[:, None, None, :2]
+        cross = edge[..., 0] * offset[..., 1] - edge[..., 1] * offset[..., 0]
+        return cross / np.linalg.norm(edge, axis=-1)
+
+    nearest, farthest = (np.ones((resolution, resolution)) for _ in range(2))
+    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    usable = np.abs(area) > 1e-12
+    a, b, c, area = a[usable], b[usable], c[usable], area[usable]
+    for first in range(0, len(a), 64):
+        part = slice(first, first + 64)
+        p, q, r = a[part], b[part], c[part]
+        inside = np.minimum.reduce(
+            [side(p, q), side(q, r), side(r, p)] * np.sign(area[part])[:, None, None]
+        )
+        normal = np.cross(q - p, r - p)
+        # The plane's depth; within the corners', as a texel beside a steep triangle is beside it.
+        depth = p[:, None, None, 2] - np.einsum(
+            "trcx,tx->trc", texels - p[:, None, None, :2], (normal[:, :2] / normal[:, 2:])
+        )
+        lowest = np.minimum.reduce([p, q, r])[:, 2, None, None]
+        highest = np.maximum.reduce([p, q, r])[:, 2, None, None]
+        depth = np.clip(depth, lowest, highest)
+        # Beyond the far side of the map's box nothing is stored.
+        slack = 1e-6
+        grown = np.where((inside > -1e-3) & (depth <= 1 + slack), depth, 1.0)
+        shrunk = np.where((inside > 1e-3) & (depth <= 1 - slack), depth, 1.0)
+        nearest = np.minimum(nearest, grown.min(axis=0))
+        farthest = np.minimum(farthest, shrunk.min(axis=0))
+    return nearest, farthest
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_light_matrix_takes_lit_receivers_into_the_map(method, view):
+    frame = lx.render(*view, method(resolution=256))
+    truth = lx.reference(*view)
+    points = truth.position[truth.facing]
+    texels = np.column_stack([points, np.ones(len(points))]) @ frame.light_matrix[0].T
+    assert np.array_equal(texels[:, 3], np.ones(len(points)))
+    assert (texels[:, :2] >= 0).all()
+    assert (texels[:, :2] <= 256).all()
+    assert ((texels[:, 2] > -1e-6) & (texels[:, 2] <= 1 + 1e-6)).all()
+    # The nearest depth of the texel is the receiver's own where the light reaches it, give or take
+    # what the surface rises within the texel; nearer to the light where it does not.
+    column, row = texels[:, :2].astype(int).clip(0, 255).T
+    stored = frame.shadow_map[0, row, column]
+    lit = truth.visibility[truth.facing] == 1.0
+    slope = 0.05
+    assert np.mean(np.abs(stored - texels[:, 2])[lit] < slope) > 0.98
+    assert np.mean((texels[:, 2] - stored)[~lit] > 0) > 0.98
+
+
+def test_desired_view_spends_its_texels_on_what_is_seen():
+    """The same map over a smaller box has finer texels."""
+    scene = small("colonnade")
+    camera, light = scene.cameras["default"].resized(WIDTH, HEIGHT), scene.lights["default"]
+    uniform, fitted = (lx.render(scene, camera, light, method()) for method in METHODS)
+    assert uniform.max_effective_resolution == pytest.approx((1024, 1024), rel=1e-9)
+    assert min(fitted.max_effective_resolution) > 1024
+    assert np.nanmedian(fitted.aliasing_error) < np.nanmedian(uniform.aliasing_error)
+
+
+@pytest.mark.parametrize("resolution", [1, 7, 512, 1000])
+def test_the_effective_resolution_of_a_uniform_map_is_its_resolution(resolution, view):
+    frame = lx.render(*view, lx.Uniform(resolution=resolution))
+    assert frame.max_effective_resolution == pytest.approx((resolution, resolution), rel=1e-9)
+
+
+def test_aliasing_error_of_a_plane():
+    """m = (w_l / w_i) (cos theta_i / cos theta_l), with the width of a pixel's beam worked out from
+    its corners."""
+    vertices, faces = grid(1)
+    scene = lx.Scene(20 * vertices, faces)
+    camera = lx.Camera.look_at((0, 3, 5), (0.3, 0, 0), yfov=1.2, width=WIDTH, height=HEIGHT)
+    light = lx.DirectionalLight((0.4, -1.0, -0.3))
+    frame = lx.render(scene, camera, light, lx.Uniform(resolution=300))
+    rows, columns = np.nonzero(frame.covered)
+    points = frame.position[rows, columns]
+    normal = np.array([0.0, 1.0, 0.0])
+
+    # The beam of a texel, whose rays are parallel to the light: unproject the corners of one.
+    world_from_texel = np.linalg.inv(frame.light_matrix[0])
+    corner, right, down = (
+        (world_from_texel @ [*at, 0.5, 1.0])[:3] for at in ((10, 10), (11, 10), (10, 11))
+    )
+    texel_area = abs(np.dot(np.cross(right - corner, down - corner), light.direction))
+
+    # The beam of a pixel: its corners, on rays as long as the one through its centre.
+    to_points = points - camera.eye
+    distance = np.linalg.norm(to_points, axis=1)
+    rotation = camera.pose[:3, :3]
+
+    def ray(column, row):
+        x = (column - camera.centre[0]) / camera.focal[0]
+        y = -(row - camera.centre[1]) / camera.focal[1]
+        direction = np.column_stack([x, y, -np.ones_like(x)]) @ rotation.T
+        return direction / np.linalg.norm(direction, axis=1, keepdims=True)
+
+    edges = [
+        distance[:, None] * (ray(columns + a, rows + b) - ray(columns + c, rows + d))
+        for a, b, c, d in ((1.0, 0.5, 0.0, 0.5), (0.5, 1.0, 0.5, 0.0))
+    ]
+    pixel_area = np.abs(np.einsum("nc,nc->n", np.cross(*edges), to_points / distance[:, None]))
+
+    cos_i = np.abs(to_points @ normal) / distance
+    cos_l = abs(light.direction @ normal)
+    expected = np.sqrt(texel_area / pixel_area) * cos_i / cos_l
+    assert np.allclose(frame.aliasing_error[rows, columns], expected, rtol=1e-3)
+    assert np.isnan(frame.aliasing_error[~frame.covered]).all()
+
+
+# --- No acne, no gap ---
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("degrees", [90, 45, 10, 5, 2, 1])
+@pytest.mark.parametrize("cells", [1, 150], ids=["quad", "tessellated"])
+def test_a_lit_plane_never_shadows_itself(method, degrees, cells):
+    vertices, faces = grid(cells)
+    covered = 0
+    for seed in range(4):
+        rotation = turn(seed)
+        scene = lx.Scene(vertices @ rotation.T, faces)
+        for azimuth in (0.3, 2.0, 4.5):
+            low = math.radians(degrees)
+            towards = (
+                math.cos(low) * math.cos(azimuth),
+                -math.sin(low),
+                math.cos(low) * math.sin(azimuth),
+            )
+            light = lx.DirectionalLight(rotation @ towards)
+            for eye in ((0.2, 1.5, 1.9), (0.9, 0.05, 0.9)):
+                camera = lx.Camera.look_at(
+                    rotation @ eye,
+                    rotation @ (0, 0, 0),
+                    rotation @ (0, 1, 0),
+                    yfov=1.0,
+                    width=WIDTH,
+                    height=HEIGHT,
+                )
+                for resolution in (64, 1024):
+                    visibility = lx.render_shadows(
+                        scene, camera, light, method(resolution=resolution)
+                    )
+                    false_shadow = np.count_nonzero(visibility == 0.0)
+                    assert false_shadow == 0, (seed, azimuth, eye, resolution, false_shadow)
+                    covered += np.count_nonzero(visibility == 1.0)
+    assert covered > 0.1 * 48 * WIDTH * HEIGHT
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_constant_bias_of_nothing_is_full_of_acne(method):
+    """What the test above would see if the bias did nothing."""
+    vertices, faces = grid(1)
+    scene = lx.Scene(vertices, faces)
+    camera = lx.Camera.look_at((0.2, 1.5, 1.9), (0, 0, 0), yfov=1.0, width=WIDTH, height=HEIGHT)
+    chosen = method(resolution=64, bias="constant", constant_bias=0.0)
+    visibility = lx.render_shadows(scene, camera, lx.DirectionalLight((1, -0.2, 0.3)), chosen)
+    assert np.mean(visibility[~np.isnan(visibility)] == 0.0) > 0.2
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("resolution", [64, 256, 1024])
+@pytest.mark.parametrize("direction", [(0.2, -1, -1), (0.0, -0.3, -1), (0.5, -3, -1)])
+def test_no_gap_at_a_contact_is_wider_than_a_texel(method, resolution, direction):
+    """A thin wall stands on a floor: the shadow begins at its foot."""
+    vertices, faces = grid(1)
+    wall = np.array([[-1, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]])
+    scene = lx.Scene(
+        np.concatenate([4 * vertices, wall]), np.concatenate([faces, [[4, 5, 6], [4, 6, 7]]])
+    )
+    # From the shadow's side, down on the foot of the wall.
+    camera = lx.Camera.look_at((0, 0.6, -0.5), (0, 0, -0.02), yfov=0.9, width=640, height=360)
+    light = lx.DirectionalLight(direction)
+    frame = lx.render(scene, camera, light, method(resolution=resolution))
+    truth = lx.reference(scene, camera, light)
+    floor = (truth.triangle_id >= 0) & (truth.triangle_id < 2)
+    # The half of the shadow that is at the foot, away from the ends of the wall.
+    reach = direction[2] / direction[1]
+    x, z = truth.position[..., 0], truth.position[..., 2]
+    near = floor & (np.abs(x) < 0.5) & (z < 0) & (z > -0.5 * reach)
+    assert (truth.visibility[near & ~truth.tie] == 0.0).all()
+    assert np.count_nonzero(near) > 10_000
+    gap = -z[near & (frame.visibility == 1.0)].min(initial=0.0)
+    footprint = footprint_on_floor(frame.light_matrix[0, :2, :3])
+    print(f"gap {gap:.5f}, a texel's footprint {footprint:.5f}: {gap / footprint:.2f}")
+    assert gap <= footprint
+
+
+def footprint_on_floor(texels_per_unit: np.ndarray) -> float:
+    """Diameter of the parallelogram that one texel covers on the plane y = 0."""
+    floor_from_texel = np.linalg.inv(texels_per_unit[:, [0, 2]])
+    return max(np.linalg.norm(floor_from_texel @ diagonal) for diagonal in ((1, 1), (1, -1)))
+
+
+# --- What needs no lookup, or no map ---
+
+
+def test_receivers_that_face_away_are_in_shadow_whatever_the_map_says():
+    """A closed box: its sides away from the light are dark, though nothing but themselves is
+    between them and the light."""
+    scene = small("plane_and_box")
+    light = scene.lights["default"]
+    for eye in ((4, 5, 8), (8, 1, -6), (3, -4, 2)):
+        camera = lx.Camera.look_at(eye, (0, 0.5, 0), yfov=0.9, width=WIDTH, height=HEIGHT)
+        for method in METHODS:
+            frame = lx.render(
+                scene, camera, light, method(resolution=32, bias="constant", constant_bias=100.0)
+            )
+            away = frame.covered & ~frame.facing
+            assert away.any()
+            assert (frame.visibility[away] == 0.0).all()
+            # With such a bias every lookup says lit.
+            assert (frame.visibility[frame.facing] == 1.0).all()
+
+
+def test_a_frame_that_faces_away_needs_no_shadow_map():
+    scene = small("plane_and_box")
+    camera = lx.Camera.look_at((0, -5, 1), (0, 0, 0), yfov=0.9, width=WIDTH, height=HEIGHT)
+    frame = lx.render(scene, camera, scene.lights["default"], "desired_view")
+    assert frame.covered.any()
+    assert (frame.visibility[frame.covered] == 0.0).all()
+    assert np.array_equal(np.isnan(frame.visibility), ~frame.covered)
+    assert "shadow map" not in frame.timings
+    assert "shadow map" in frame.stats["skipped"]
+    assert frame.stats["layers"] == 0
+    assert frame.stats["facing_pixels"] == 0
+    assert frame.stats["covered_pixels"] == np.count_nonzero(frame.covered)
+    assert frame.shadow_map.size == 0
+    assert frame.light_matrix.shape == (0, 4, 4)
+    assert np.isnan(frame.aliasing_error).all()
+    assert np.isnan(frame.max_effective_resolution).all()
+    frame.to_image()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_view_of_nothing_is_all_nan(method):
+    scene = small("plane_and_box")
+    camera = lx.Camera.look_at((0, 5, 0), (1, 9, 0), yfov=0.9, width=WIDTH, height=HEIGHT)
+    frame = lx.render(scene, camera, scene.lights["default"], method())
+    assert np.isnan(frame.visibility).all()
+    assert (frame.triangle_id == -1).all()
+    assert np.isnan(frame.position).all()
+    assert frame.stats["visibility"]["rasterized"] == 0
+    if method is lx.DesiredView:
+        assert "shadow map" in frame.stats["skipped"]
+        assert "shadow map" not in frame.timings
+    assert not lx.compare(frame, lx.reference(scene, camera, scene.lights["default"])).covered.any()
+    assert (frame.to_image() == 255).all()
+
+
+def test_a_stage_that_is_not_needed_has_no_time():
+    scene = small("plane_and_box")
+    camera, light = scene.cameras["default"].resized(WIDTH, HEIGHT), scene.lights["default"]
+    uniform = lx.render(scene, camera, light, "uniform")
+    assert "receivers" not in uniform.timings
+    assert "receivers" in uniform.stats["skipped"]
+    fitted = lx.render(scene, camera, light, "desired_view")
+    assert set(fitted.timings) == {"receivers", "shadow map", "lookup"}
+    assert fitted.stats["skipped"] == ["visibility"]
+
+
+# --- Culling ---
+
+
+def test_casters_that_reach_no_receiver_are_culled_and_not_missed():
+    """Nine floors of objects side by side, and a camera that sees a part of the middle one."""
+    scene = small("objects_on_floor")
+    offsets = [(30 * i, 0, 30 * j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
+    vertices, faces = scene.vertices, scene.faces.astype(np.int64)
+    parts = [vertices, *(vertices + np.array(o) for o in offsets)]
+    crowd = lx.Scene(
+        np.concatenate(parts),
+        np.concatenate([faces + i * len(vertices) for i in range(len(parts))]),
+    )
+    camera = lx.Camera.look_at((0, 4, 4.5), (0, 0, 0), yfov=0.6, width=480, height=270)
+    light = scene.lights["default"]
+    method = lx.DesiredView(resolution=1024)
+    frame = lx.render(crowd, camera, light, method)
+    culled = frame.stats["shadow map"]
+    # Eight of nine copies lie outside, and most of the ninth.
+    assert culled["rasterized"] < 0.1 * crowd.triangle_count
+    assert sum(culled[k] for k in ("rasterized", "culled_outside", "culled_by_depth")) == (
+        crowd.triangle_count
+    )
+    # Casters outside the camera's view, which it sees only the shadows of, are not culled.
+    seen = np.unique(frame.triangle_id[frame.covered])
+    assert culled["rasterized"] > len(seen)
+    result = lx.compare(frame, lx.reference(crowd, camera, light))
+    print(result)
+    assert result.rate_covered < 0.01
+    alone = lx.render(scene, camera, light, method)
+    assert np.mean(alone.visibility != frame.visibility) < 1e-4
+
+
+def test_a_caster_beyond_the_view_and_far_up_still_casts():
+    """A roof between the sun and what is seen, a thousand units up."""
+    vertices, faces = grid(1)
+    roof = vertices * 50 + (0, 1000, 0)
+    scene = lx.Scene(np.concatenate([vertices * 10, roof]), np.concatenate([faces, faces + 4]))
+    camera = lx.Camera.look_at((0, 3, 4), (0, 0, 0), yfov=0.7, width=WIDTH, height=HEIGHT)
+    for method in METHODS:
+        visibility = lx.render_shadows(scene, camera, lx.DirectionalLight((0, -1, 0)), method())
+        assert (visibility == 0.0).mean() > 0.9
+        # Below the floor it casts on nothing.
+        below = lx.Scene(
+            np.concatenate([vertices * 10, roof - (0, 2000, 0)]), np.concatenate([faces, faces + 4])
+        )
+        assert (
+            lx.render_shadows(below, camera, lx.DirectionalLight((0, -1, 0)), method()) == 1.0
+        ).mean() > 0.9
