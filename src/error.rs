@@ -17,7 +17,9 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// `return Err(Error::Value(format!(...)))` unless the condition holds.
 macro_rules! ensure_value {
     ($condition:expr, $($message:tt)+) => {
-        if !$condition {
+        // Named, so that a comparison which NaN fails need not be written the other way round.
+        let holds: bool = $condition;
+        if !holds {
             return Err($crate::error::Error::Value(format!($($message)+)));
         }
     };

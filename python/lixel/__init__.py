@@ -28,6 +28,8 @@ world units. A wrong argument is a `TypeError` or `ValueError` that names the ar
 the value; a machine that cannot do it is a `DeviceError` that says the remedy.
 """
 
+import os
+
 from . import scenes
 from ._core import DeviceError, __version__
 from .camera import Camera
@@ -64,3 +66,9 @@ __all__ = [
     "render_shadows",
     "scenes",
 ]
+
+# Mesa's layer that picks a device for a display complains on stderr, for each device made, where
+# there is no folder for Wayland's sockets. lixel has no display, and picks for itself. The Vulkan
+# loader reads this at the first frame.
+if not {"XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT"} & os.environ.keys():
+    os.environ.setdefault("NODEVICE_SELECT", "1")

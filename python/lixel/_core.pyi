@@ -31,9 +31,7 @@ class Scene:
         An array of the wrong kind.
     """
 
-    def __new__(
-        cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
-    ) -> Scene: ...
+    def __new__(cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Scene: ...
     @property
     def vertices(self) -> npt.NDArray[np.float64]:
         """(n, 3) float64: a copy of the corner positions."""
@@ -77,7 +75,7 @@ class Light:
         """`direction` (3,) points from the light towards the scene, any length but zero."""
 
 def methods() -> list[dict[str, Any]]:
-    """The one list of methods: `name`, `title`, `citation`, `parameters` (name to default) of each."""
+    """The one list: `name`, `title`, `citation` and `parameters` (name to default) of each."""
 
 def render(
     scene: Scene,
