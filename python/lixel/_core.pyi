@@ -6,6 +6,22 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Camera",
+    "DeviceError",
+    "Light",
+    "Scene",
+    "__version__",
+    "adapters",
+    "brute_force",
+    "clear_cache",
+    "device",
+    "methods",
+    "reference",
+    "render",
+    "surface",
+]
+
 __version__: str
 
 class DeviceError(RuntimeError):
