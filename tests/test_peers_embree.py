@@ -1,8 +1,9 @@
-"""The reference against Embree, from the same points.
+"""The reference, and with it the visibility buffer, against Embree, from the same points.
 
 Embree computes in float32 and has no rule for rays that pass an edge or start on a surface, so the
 two may differ. Every pixel in which they do, and which the reference does not call a tie, is
-settled by testing all triangles of the scene in float64: the reference must be right.
+settled by testing all triangles of the scene in float64: the reference must be right. The
+visibility buffer of the device must then have the reference's triangle wherever that is no tie.
 
 Scenes of a folder with a scenes.json are judged too: the folder that LIXEL_SCENES names, or
 shared/scenes beside the repository. LIXEL_TEST_SIZE, for example 1920x1080, sets the size of the
@@ -48,7 +49,7 @@ def listed_scenes():
 @pytest.mark.parametrize("name", GENERATED)
 def test_reference_is_right_on_generated_scenes(name):
     scene = GENERATED[name]()
-    judge(scene, scene.cameras["default"].resized(*SIZE), scene.lights["default"])
+    judge(scene, scene.cameras["default"].resized(*SIZE), [scene.lights["default"]])
 
 
 @pytest.mark.parametrize("name", listed_scenes())
@@ -57,24 +58,28 @@ def test_reference_is_right_on_scenes_of_the_folder(name):
     views = Views.read(FOLDER / "scenes.json", name)
     assert views.cameras, f"{name} has no camera"
     for camera in views.cameras.values():
-        for light in views.lights.values():
-            judge(scene, camera.resized(*SIZE), light)
+        judge(scene, camera.resized(*SIZE), views.lights.values())
 
 
-def judge(scene, camera, light):
-    truth = lx.reference(scene, camera, light)
+def judge(scene, camera, lights):
     embree = EmbreeScene()
     TriangleMesh(embree, scene.vertices.astype(np.float32), scene.faces.astype(np.int32))
+    truths = {light: lx.reference(scene, camera, light) for light in lights}
+    light, truth = next(iter(truths.items()))
+    judge_first_hits(scene, camera, truth, embree)
+    seen = lx.render(scene, camera, light).triangle_id
+    differ = (seen != truth.triangle_id) & ~truth.triangle_tie
+    assert not differ.any(), f"visibility buffer: {np.argwhere(differ)[:5].tolist()}"
+    for light, truth in truths.items():
+        judge_shadows(scene, light, truth, embree)
 
+
+def judge_first_hits(scene, camera, truth, embree):
     directions = ray_directions(camera)
-    judge_first_hits(scene, camera, truth, embree, directions)
-    judge_shadows(scene, light, truth, embree)
-
-
-def judge_first_hits(scene, camera, truth, embree, directions):
     eyes = np.broadcast_to(camera.eye.astype(np.float32), directions.shape).copy()
     seen = embree.run(eyes, directions.astype(np.float32)).reshape(truth.triangle_id.shape)
     differ = (seen != truth.triangle_id) & ~truth.triangle_tie
+    tell("first hits", np.count_nonzero(differ), truth.triangle_tie)
     assert differ.mean() < 0.01
     corners = scene.vertices[scene.faces] - camera.eye
     for row, column in np.argwhere(differ):
@@ -107,6 +112,7 @@ def judge_shadows(scene, light, truth, embree):
         query="OCCLUDED",
     )
     differ = np.flatnonzero(lit != (blocked < 0))
+    tell("shadows", len(differ), truth.tie)
     assert len(differ) < 0.01 * max(len(lit), 1)
     corners = scene.vertices[scene.faces]
     for i in differ:
@@ -115,6 +121,10 @@ def judge_shadows(scene, light, truth, embree):
         assert lit[i] == (distance.min() == np.inf), (
             f"row {rows[i]}, column {columns[i]}: the reference says lit {lit[i]}"
         )
+
+
+def tell(what, differing, tie):
+    print(f"{what}: {differing} of {tie.size} pixels differ, {np.count_nonzero(tie)} ties left out")
 
 
 def distances(corners, origin, direction):

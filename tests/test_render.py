@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
@@ -55,6 +56,8 @@ def test_another_light_starts_at_the_receivers():
 def test_moved_vertices_are_a_new_scene(method):
     scene = small("objects_on_floor")
     camera, light = scene.cameras["default"].resized(WIDTH, HEIGHT), scene.lights["default"]
+    # Without this the near plane would move with the scene, and the camera would be another one.
+    camera = dataclasses.replace(camera, znear=0.1)
     start = scene.vertices
     before = lx.render(scene, camera, light, method())
     random = np.random.default_rng(5)

@@ -80,6 +80,23 @@ def test_far_from_the_origin(name):
         assert not differ.any(), label
 
 
+def test_a_small_thing_in_a_large_scene():
+    """Far from the middle of the scene float32 has no room for the details in view."""
+    near = small("objects_on_floor")
+    away = np.array([1e5, 0, -7e4]) / 3
+    scene = lx.Scene(
+        np.concatenate([near.vertices + away, -(near.vertices + away)]),
+        np.concatenate([near.faces, near.faces + len(near.vertices)]).astype(np.int64),
+    )
+    eye, image = np.array([1, 2, 3]), {"width": WIDTH, "height": HEIGHT, "znear": 0.1}
+    camera = lx.Camera.look_at(away + eye, away, yfov=0.9, **image)
+    truth = lx.reference(near, lx.Camera.look_at(eye, (0, 0, 0), yfov=0.9, **image), SUN)
+    frame = assert_agrees(scene, camera)
+    differ = (frame.triangle_id != truth.triangle_id) & ~truth.triangle_tie
+    assert not differ.any()
+    assert frame.covered.mean() > 0.9
+
+
 def test_a_huge_floor_seen_from_a_hand_above_it():
     """Two triangles over half of the image, their corners far outside of it."""
     side = 2e3
