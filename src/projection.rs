@@ -155,22 +155,32 @@ impl Projection {
         }
     }
 
+    /// What the shaders' projection space is scaled by: products of three of its coordinates must
+    /// stay within float32, whatever the world's unit of length. A power of two, which rounds nothing.
+    fn unit(&self) -> f64 {
+        match self.kind {
+            Kind::Parallel => 1.0,
+            Kind::Perspective => (-self.near.log2().round()).clamp(-100.0, 100.0).exp2(),
+        }
+    }
+
     /// For the shaders; positions there are relative to `scene_origin`.
     pub fn uniform(&self, scene_origin: DVec3) -> ProjectionUniform {
         let (origin_high, origin_low) = double_single(self.origin - scene_origin);
         let (depth_offset, depth_scale) = self.depth_from_z();
-        let steps = self.steps();
+        let unit = self.unit();
+        let steps = self.steps() * unit.recip();
         let padded = |v: DVec3| v.as_vec3().extend(0.0).to_array();
         ProjectionUniform {
             origin_high: origin_high.to_array(),
-            depth_offset: depth_offset as f32,
+            depth_offset: (depth_offset * unit) as f32,
             origin_low: origin_low.to_array(),
-            depth_scale: depth_scale as f32,
-            x_axis: self.x_axis.as_vec3().to_array(),
-            z_min: self.near as f32,
-            y_axis: self.y_axis.as_vec3().to_array(),
-            z_max: self.far.min(f64::from(f32::MAX)) as f32,
-            z_axis: self.z_axis.as_vec3().to_array(),
+            depth_scale: (depth_scale / unit) as f32,
+            x_axis: (self.x_axis * unit).as_vec3().to_array(),
+            z_min: (self.near * unit) as f32,
+            y_axis: (self.y_axis * unit).as_vec3().to_array(),
+            z_max: (self.far * unit).min(f64::from(f32::MAX)) as f32,
+            z_axis: (self.z_axis * unit).as_vec3().to_array(),
             padding: 0,
             centre: self.centre.as_vec2().to_array(),
             size: [self.width, self.height],

@@ -73,7 +73,7 @@ def test_the_core_checks_for_itself(outputs, view):
         _core.render(*core, "uniform", {"resolution": []}, outputs)
 
 
-@pytest.mark.parametrize("scale", [1e-12, 1e-3, 1e9])
+@pytest.mark.parametrize("scale", [1e-25, 1e-12, 1e-3, 1e9, 1e25])
 @pytest.mark.parametrize("method", METHODS)
 def test_scenes_of_any_size(scale, method, view):
     """Lengths are world units, whatever those are: a frame has the same shadows in all of them."""
