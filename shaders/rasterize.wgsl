@@ -1,10 +1,5 @@
 // Exact rasterization: triangles to the nearest depth (and triangle) along each texel's own ray.
 //
-// A triangle's edges are planes (central projections) or lines (parallel ones) through the rays'
-// origin: e_i(r) = dot(edge_i, r) with r = (x, y, 1), after Olano and Greer, "Triangle Scan
-// Conversion using 2D Homogeneous Coordinates", 1997. A texel is covered where all three are positive,
-// also for a triangle that reaches behind the near plane, so nothing is clipped.
-//
 // Three entry points, one after the other:
 //   bin    a triangle an invocation: culls, and lists the rest as items of work: a small triangle is
 //          one item, a large one is cut into coarse tiles;
@@ -12,8 +7,9 @@
 //   walk   items to texels. No item has more than `small_area` texels, so that work is even and no
 //          invocation comes near the 65,535 loop iterations after which some drivers stop in silence.
 #import projection
+#import warp
 #import target
-#import lib/triangles
+#import lib/edges
 
 // Lengths of the lists; also counts items beyond their capacity: the host then makes room and runs again.
 struct Counters {
@@ -55,72 +51,10 @@ override chunk: u32 = 8u;
 
 const GROUP: u32 = 64u;
 
-struct Triangle {
-    // Edge opposite to each corner, positive inside.
-    edge0: vec3<f32>,
-    edge1: vec3<f32>,
-    edge2: vec3<f32>,
-    plane: vec3<f32>,                   // see `depth_plane`
-    z_low: f32,                         // depths of the corners: no covered texel is beyond them
-    z_high: f32,
-}
-
 // Texels, inclusive.
 struct Bound {
     first: vec2<i32>,
     last: vec2<i32>,
-}
-
-fn is_before(a: vec3<f32>, b: vec3<f32>) -> bool {
-    return a.x < b.x || (a.x == b.x && (a.y < b.y || (a.y == b.y && a.z < b.z)));
-}
-
-// The two triangles at an edge must agree on which side a texel lies, to the bit: the edge is always
-// computed from the same end. The difference of the ends is nearly exact, their product is not.
-fn edge_through(a: vec3<f32>, b: vec3<f32>, orientation: f32) -> vec3<f32> {
-    let swap = is_before(b, a);
-    let from_end = select(a, b, swap);
-    let edge = cross(from_end, select(b, a, swap) - from_end);
-    return edge * select(orientation, -orientation, swap);
-}
-
-fn evaluate_edge(edge: vec3<f32>, texel: vec2<f32>) -> f32 {
-    return fma(edge.x, texel.x, fma(edge.y, texel.y, edge.z));
-}
-
-fn triangle_from_projected(
-    projection: Projection,
-    id: u32,
-    a: vec3<f32>,
-    b: vec3<f32>,
-    c: vec3<f32>,
-) -> Triangle {
-    let ha = homogeneous_from_projected(a);
-    let hb = homogeneous_from_projected(b);
-    let hc = homogeneous_from_projected(c);
-    // A ray that meets the triangle in front of its origin has e_i of the sign of this determinant;
-    // a triangle seen edge-on has none and covers nothing.
-    let orientation = sign(dot(ha, cross(hb - ha, hc - ha)));
-    let normal = projected_from_normal(projection, normal_of_triangle(id));
-    return Triangle(
-        edge_through(hb, hc, orientation),
-        edge_through(hc, ha, orientation),
-        edge_through(ha, hb, orientation),
-        depth_plane(normal, a),
-        min(min(a.z, b.z), c.z),
-        max(max(a.z, b.z), c.z),
-    );
-}
-
-fn load_projected(projection: Projection, id: u32) -> array<vec3<f32>, 3> {
-    let vertices = vertices_of_triangle(id);
-    let high = projection.origin_high;
-    let low = projection.origin_low;
-    return array<vec3<f32>, 3>(
-        projected_from_offset(projection, offset_from_vertex(vertices.x, high, low)),
-        projected_from_offset(projection, offset_from_vertex(vertices.y, high, low)),
-        projected_from_offset(projection, offset_from_vertex(vertices.z, high, low)),
-    );
 }
 
 // ---- bounds ----
@@ -151,7 +85,13 @@ fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: ve
 }
 
 // A conservative bound of the texel centres that the triangle may cover.
-fn bound_from_projected(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Bound {
+fn bound_from_projected(
+    projection: Projection,
+    warp: Warp,
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+) -> Bound {
     var extent = Extent(vec2<f32>(3.0e38), vec2<f32>(-3.0e38));
     extent = grown_by_corner(projection, extent, a);
     extent = grown_by_corner(projection, extent, b);
@@ -162,8 +102,16 @@ fn bound_from_projected(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: v
     // A texel is a candidate if its centre, at half-integers, is inside, give or take rounding.
     let slack = 0.01 + 1e-6 * max(abs(extent.low), abs(extent.high));
     let size = vec2<f32>(projection.size);
-    let first = clamp(ceil(extent.low - slack + projection.centre - 0.5), vec2<f32>(0.0), size);
-    let last = clamp(floor(extent.high + slack + projection.centre - 0.5), vec2<f32>(-1.0), size - 1.0);
+    var low = extent.low - slack + projection.centre;
+    var high = extent.high + slack + projection.centre;
+    if IS_WARPED {
+        let is_outside = any(low > size) || any(high < vec2<f32>(0.0));
+        let image = warped_bound(warp, clamp(low / size, vec2<f32>(0.0), vec2<f32>(1.0)), clamp(high / size, vec2<f32>(0.0), vec2<f32>(1.0)));
+        low = select(image.xy * size - 0.01, vec2<f32>(3.0e38), is_outside);
+        high = select(image.zw * size + 0.01, vec2<f32>(-3.0e38), is_outside);
+    }
+    let first = clamp(ceil(low - 0.5), vec2<f32>(0.0), size);
+    let last = clamp(floor(high - 0.5), vec2<f32>(-1.0), size - 1.0);
     return Bound(vec2<i32>(first), vec2<i32>(last));
 }
 
@@ -173,9 +121,11 @@ fn bound_of_tile(bound: Bound, tile: u32, side: i32) -> Bound {
 }
 
 // Whether the triangle may cover a texel of the bound: no edge has all of it outside.
-fn may_cover(projection: Projection, triangle: Triangle, bound: Bound) -> bool {
-    let middle = 0.5 * vec2<f32>(bound.first + bound.last) + 0.5 - projection.centre;
-    let reach = 0.5 * vec2<f32>(bound.last - bound.first) + 0.01;
+fn may_cover(projection: Projection, warp: Warp, triangle: Triangle, bound: Bound) -> bool {
+    let size = vec2<f32>(projection.size);
+    let linear = linear_bound(warp, bound.first, bound.last, projection.size);
+    let middle = 0.5 * (linear.xy + linear.zw) * size - projection.centre;
+    let reach = 0.5 * (linear.zw - linear.xy) * size + 0.01;
     let e = vec3<f32>(
         evaluate_edge(triangle.edge0, middle),
         evaluate_edge(triangle.edge1, middle),
@@ -213,6 +163,7 @@ fn bin(
 ) {
     let job = job_uniform;
     let projection = job.projection;
+    let warp = load_warp();
     let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
     var outside = 0u;
     var behind = 0u;
@@ -225,7 +176,7 @@ fn bin(
         let a = corners[0];
         let b = corners[1];
         let c = corners[2];
-        let bound = bound_from_projected(projection, a, b, c);
+        let bound = bound_from_projected(projection, warp, a, b, c);
         let size = bound.last - bound.first + 1;
         if is_out_of_depth(projection, min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z)) {
             behind += 1u;
@@ -275,6 +226,7 @@ fn split(
 ) {
     let job = job_uniform;
     let projection = job.projection;
+    let warp = load_warp();
     let index = (group.y * groups.x + group.x) * GROUP + local;
     if index >= min(atomicLoad(&counters.coarse_tiles), arrayLength(&coarse_tiles)) {
         return;
@@ -282,14 +234,14 @@ fn split(
     let item = coarse_tiles[index];
     let corners = load_projected(projection, item.triangle);
     let triangle = triangle_from_projected(projection, item.triangle, corners[0], corners[1], corners[2]);
-    let all_of_it = bound_from_projected(projection, corners[0], corners[1], corners[2]);
+    let all_of_it = bound_from_projected(projection, warp, corners[0], corners[1], corners[2]);
     let bound = bound_of_tile(all_of_it, item.tile, 1 << job.coarse_shift);
     let first = bound.first >> vec2<u32>(fine_shift);
     let last = bound.last >> vec2<u32>(fine_shift);
     var tile = first;
     while tile.y <= last.y {
         let name = u32(tile.x) | (u32(tile.y) << 16u);
-        if may_cover(projection, triangle, bound_of_tile(bound, name, 1 << fine_shift)) {
+        if may_cover(projection, warp, triangle, bound_of_tile(bound, name, 1 << fine_shift)) {
             append_item(item.triangle, name);
         }
         tile.x += 1;
@@ -336,6 +288,10 @@ fn sides_of_triangle(projection: Projection, triangle: Triangle) -> Sides {
 }
 
 fn span_of_row(projection: Projection, sides: Sides, bound: Bound, row: i32) -> vec2<i32> {
+    if IS_WARPED {
+        // The edges are no lines here.
+        return vec2<i32>(bound.first.x, bound.last.x);
+    }
     let y = f32(row) + 0.5 - projection.centre.y;
     let left = sides.left_slope * y + sides.left_offset;
     let right = sides.right_slope * y + sides.right_offset;
@@ -345,8 +301,12 @@ fn span_of_row(projection: Projection, sides: Sides, bound: Bound, row: i32) -> 
     return vec2<i32>(vec2<f32>(ceil(min(first, 1.0e6)), floor(max(last, -1.0))));
 }
 
-fn store_if_covered(projection: Projection, triangle: Triangle, id: u32, x: i32, y: i32) {
-    let texel = vec2<f32>(f32(x), f32(y)) + 0.5 - projection.centre;
+fn store_if_covered(projection: Projection, warp: Warp, triangle: Triangle, id: u32, x: i32, y: i32) {
+    var texel = vec2<f32>(f32(x), f32(y)) + 0.5 - projection.centre;
+    if IS_WARPED {
+        let size = vec2<f32>(projection.size);
+        texel = linear_from_texel(warp, vec2<i32>(x, y), projection.size) * size - projection.centre;
+    }
     let e = vec3<f32>(
         evaluate_edge(triangle.edge0, texel),
         evaluate_edge(triangle.edge1, texel),
@@ -368,9 +328,11 @@ fn walk(
 ) {
     let job = job_uniform;
     let projection = job.projection;
+    let warp = load_warp();
     let count = min(atomicLoad(&counters.items), arrayLength(&items));
     let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
     let end = min(start + GROUP * items_per_invocation, count);
+    let whole_map = Bound(vec2<i32>(0), vec2<i32>(projection.size) - 1);
     var index = start;
     var triangle: Triangle;
     var sides: Sides;
@@ -388,9 +350,10 @@ fn walk(
             id = item.triangle;
             let corners = load_projected(projection, id);
             triangle = triangle_from_projected(projection, item.triangle, corners[0], corners[1], corners[2]);
-            bound = bound_from_projected(projection, corners[0], corners[1], corners[2]);
-            if item.tile != WHOLE {
-                bound = bound_of_tile(bound, item.tile, 1 << fine_shift);
+            if item.tile == WHOLE {
+                bound = bound_from_projected(projection, warp, corners[0], corners[1], corners[2]);
+            } else {
+                bound = bound_of_tile(whole_map, item.tile, 1 << fine_shift);
             }
             sides = sides_of_triangle(projection, triangle);
             row = bound.first.y;
@@ -399,7 +362,7 @@ fn walk(
         }
         for (var i = 0u; i < chunk; i += 1u) {
             if row <= bound.last.y && x <= span.y {
-                store_if_covered(projection, triangle, id, x, row);
+                store_if_covered(projection, warp, triangle, id, x, row);
             }
             x += 1;
             if x > span.y {

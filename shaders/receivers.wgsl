@@ -9,7 +9,7 @@ struct Bounds {
     facing: atomic<u32>,
 }
 
-@group(0) @binding(3) var<storage, read_write> bounds: Bounds;
+@group(0) @binding(0) var<storage, read_write> bounds: Bounds;
 
 const GROUP: u32 = 256u;
 override rows_per_invocation: u32 = 16u;

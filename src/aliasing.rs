@@ -6,6 +6,7 @@ use crate::methods::fit_uniform;
 use crate::projection::Projection;
 use crate::reference::surface;
 use crate::scene::Scene;
+use crate::warp::Warp;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -20,6 +21,7 @@ pub fn aliasing_error(
     camera: &Camera,
     light: &Light,
     layers: &[Projection],
+    warps: &[Warp],
     triangle_id: &[i32],
 ) -> Vec<f32> {
     let Some(map) = layers.first() else {
@@ -27,6 +29,7 @@ pub fn aliasing_error(
     };
     let image = Projection::from_camera(camera);
     let (map_steps, image_steps) = (map.steps(), image.steps());
+    let size = DVec2::new(f64::from(map.width), f64::from(map.height));
     let (positions, normals, _) = surface(scene, camera, triangle_id);
     positions
         .into_par_iter()
@@ -39,7 +42,11 @@ pub fn aliasing_error(
             let normal = DVec3::from(normal.map(f64::from));
             let to_light = light.vector_from_point(point).normalize();
             let to_eye = (camera.eye - point).normalize();
-            let width_of_texel = map.texel_area(&map_steps, point).sqrt();
+            let scale = warps.first().map_or(DVec2::ONE, |warp| {
+                warp.scale(map.texel_from_point(point).truncate() / size)
+            });
+            let area_of_texel = map.texel_area(&map_steps, point) / (scale.x * scale.y);
+            let width_of_texel = area_of_texel.sqrt();
             let width_of_pixel = image.texel_area(&image_steps, point).sqrt();
             let cosines = normal.dot(to_eye).abs() / normal.dot(to_light).abs();
             (width_of_texel / width_of_pixel * cosines) as f32
@@ -55,6 +62,7 @@ pub fn max_effective_resolution(
     camera: &Camera,
     light: &Light,
     layers: &[Projection],
+    warps: &[Warp],
 ) -> DVec2 {
     let Light::Directional { direction } = *light;
     let Some(map) = layers.first() else {
@@ -66,5 +74,5 @@ pub fn max_effective_resolution(
     DVec2::new(
         uniform.x_axis.length() / steps.x_axis.length(),
         uniform.y_axis.length() / steps.y_axis.length(),
-    )
+    ) * warps.first().map_or(DVec2::ONE, Warp::greatest_scale)
 }

@@ -22,3 +22,4 @@ mod python;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod warp;

@@ -16,6 +16,16 @@ pub enum Kind {
     Perspective,
 }
 
+impl Kind {
+    /// The file that fills the shaders' slot `projection`.
+    pub fn shader(self) -> &'static str {
+        match self {
+            Self::Parallel => "projection/parallel",
+            Self::Perspective => "projection/perspective",
+        }
+    }
+}
+
 /// A linear projection. Projection space is `q = axes * (point - origin)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projection {

@@ -12,8 +12,8 @@ use crate::reference::{self, Reference};
 use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
 use crate::scene::Scene;
 use glam::{DMat4, DVec2, DVec3};
-use numpy::ndarray::{Array2, Array3};
-use numpy::{PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::ndarray::{Array2, Array3, Array4};
+use numpy::{PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyTuple};
@@ -286,6 +286,8 @@ fn render<'py>(
     let wanted = Outputs {
         triangle_id: asks_for("triangle_id") || asks_for_aliasing,
         shadow_map: asks_for("shadow_map"),
+        importance_map: asks_for("importance_map"),
+        warp_map: asks_for("warp_map") || asks_for_aliasing || asks_for("max_effective_resolution"),
     };
     let (camera, light) = (&camera.0, &light.0);
     let (rendered, aliasing_error, effective_resolution) = py.detach(|| {
@@ -293,11 +295,12 @@ fn render<'py>(
         let scene = scene.read();
         let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
         let layers = &rendered.projections;
+        let warps = &rendered.warps;
         let aliasing_error = asks_for_aliasing.then(|| {
-            aliasing::aliasing_error(&scene, camera, light, layers, &rendered.triangle_id)
+            aliasing::aliasing_error(&scene, camera, light, layers, warps, &rendered.triangle_id)
         });
         let effective_resolution = asks_for("max_effective_resolution")
-            .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
+            .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers, warps));
         Ok::<_, Error>((rendered, aliasing_error, effective_resolution))
     })?;
 
@@ -307,6 +310,8 @@ fn render<'py>(
         visibility,
         triangle_id,
         shadow_map,
+        importance_maps,
+        warps,
         projections,
         timings,
         stats,
@@ -329,6 +334,20 @@ fn render<'py>(
         let maps = Array3::from_shape_vec((projections.len(), height, width), shadow_map)
             .expect("every layer has the size of the first");
         result.set_item("shadow_map", PyArray3::from_owned_array(py, maps))?;
+    }
+    if wanted.importance_map {
+        let maps = stacked(importance_maps, 1);
+        let shape = maps.dim();
+        let maps = maps.into_shape_with_order((shape.0, shape.2, shape.3));
+        let maps = maps.expect("one block for each map");
+        result.set_item("importance_map", PyArray3::from_owned_array(py, maps))?;
+    }
+    if asks_for("warp_map") {
+        let maps = warps
+            .into_iter()
+            .map(|warp| (warp.functions, warp.boundaries, warp.values));
+        let maps = stacked(maps.collect(), 2);
+        result.set_item("warp_map", PyArray4::from_owned_array(py, maps))?;
     }
     if asks_for("light_matrix") {
         let matrices: Vec<_> = projections.iter().map(|p| p.texel_from_world()).collect();
@@ -443,6 +462,15 @@ fn brute_force<'py>(
     result.set_item("visibility", settled.visibility.to_pyarray(py))?;
     result.set_item("tie", settled.tie.to_pyarray(py))?;
     Ok(result)
+}
+
+/// Maps of (rows, columns, values) each, `blocks` times rows, as (layers, blocks, rows, columns).
+fn stacked(maps: Vec<(usize, usize, Vec<f32>)>, blocks: usize) -> Array4<f32> {
+    let count = maps.len();
+    let (rows, columns) = maps.first().map_or((0, 0), |map| (map.0, map.1));
+    let values: Vec<f32> = maps.into_iter().flat_map(|map| map.2).collect();
+    Array4::from_shape_vec((count, blocks, rows, columns), values)
+        .expect("every layer has a map of the size of the first's")
 }
 
 /// A vector of pixels as an array (H, W), without a copy.

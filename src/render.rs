@@ -2,16 +2,17 @@
 
 use crate::camera::Camera;
 use crate::error::{Error, Result};
-use crate::gpu::frame::{Frame, Source, Timings};
+use crate::gpu::frame::{Frame, Read, Source, Timings};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
 use crate::methods::{Method, Recorded, View};
-use crate::passes::rasterize::{Counters, had_room};
+use crate::passes::rasterize::{Counters, Target, had_room};
 use crate::passes::{Inputs, shadow_map, visibility};
 use crate::projection::Projection;
 use crate::scene::Scene;
+use crate::warp::Warp;
 use std::sync::{Arc, Mutex};
 
 /// What is read back beside the visibility image.
@@ -19,6 +20,8 @@ use std::sync::{Arc, Mutex};
 pub struct Outputs {
     pub triangle_id: bool,
     pub shadow_map: bool,
+    pub importance_map: bool,
+    pub warp_map: bool,
 }
 
 /// A rendered frame.
@@ -29,6 +32,10 @@ pub struct Rendered {
     pub triangle_id: Vec<i32>,
     /// Depths in [0, 1] per texel, layer after layer; empty unless asked for.
     pub shadow_map: Vec<f32>,
+    /// (functions, cells, values) of each layer that has one; empty unless asked for.
+    pub importance_maps: Vec<(usize, usize, Vec<f32>)>,
+    /// Of each layer that has one; empty unless asked for.
+    pub warps: Vec<Warp>,
     /// Of each layer.
     pub projections: Vec<Projection>,
     pub timings: Timings,
@@ -115,6 +122,12 @@ pub fn render(
     )))
 }
 
+/// The texels of a layer, as its target stores them.
+enum MapRead {
+    Depth(Read<u32>),
+    DepthTriangle(Read<u64>),
+}
+
 /// `None` where a work list was too short.
 fn try_render(
     device_scene: &mut DeviceScene,
@@ -159,14 +172,31 @@ fn try_render(
         .triangle_id
         .then(|| frame.read::<u64>(Source::Kept(&visibility_buffer), pixels))
         .transpose()?;
-    let (projections, texels): (Vec<_>, Vec<_>) = layers
-        .into_iter()
-        .map(|layer| (layer.projection, layer.texels))
-        .unzip();
+    let mut projections = Vec::new();
     let mut maps = Vec::new();
-    if outputs.shadow_map {
-        for (projection, texels) in projections.iter().zip(texels) {
-            maps.push(frame.read::<u32>(Source::Taken(texels), projection.texel_count())?);
+    let mut importance_maps = Vec::new();
+    let mut warp_maps = Vec::new();
+    for layer in layers {
+        if outputs.shadow_map {
+            let texels = layer.projection.texel_count();
+            maps.push(match layer.comparison.target() {
+                Target::Depth => MapRead::Depth(frame.read(Source::Taken(layer.texels), texels)?),
+                Target::DepthTriangle => {
+                    MapRead::DepthTriangle(frame.read(Source::Taken(layer.texels), texels)?)
+                }
+            });
+        }
+        projections.push(layer.projection);
+        if let Some(importance) = layer.importance.filter(|_| outputs.importance_map) {
+            let count = importance.functions as usize * importance.cells as usize;
+            let read = frame.read::<u32>(Source::Kept(&importance.buffer), count)?;
+            importance_maps.push((importance, read));
+        }
+        if let Some(warp) = layer.warp.filter(|_| outputs.warp_map) {
+            let layout = warp.layout;
+            let count = layout.functions[0] as usize * (layout.cells[0] as usize + 1);
+            let read = frame.read::<f32>(Source::Kept(&warp.table), 2 * count)?;
+            warp_maps.push((layout, read));
         }
     }
     let results = view.submit()?;
@@ -179,8 +209,33 @@ fn try_render(
 
     let mut shadow_map = Vec::new();
     for map in &maps {
-        let keys = results.take(map)?;
-        shadow_map.extend(keys.into_iter().map(shadow_map::depth_from_key));
+        match map {
+            MapRead::Depth(read) => {
+                let keys = results.take(read)?;
+                shadow_map.extend(keys.into_iter().map(shadow_map::depth_from_key));
+            }
+            MapRead::DepthTriangle(read) => {
+                let keys = results
+                    .take(read)?
+                    .into_iter()
+                    .map(|key| (key >> 32) as u32);
+                shadow_map.extend(keys.map(shadow_map::depth_from_key));
+            }
+        }
+    }
+    let mut importances = Vec::new();
+    for (map, read) in &importance_maps {
+        let bits = results.take(read)?;
+        let values = bits.into_iter().map(|bits| map.value_from_bits(bits));
+        importances.push((map.functions as usize, map.cells as usize, values.collect()));
+    }
+    let mut warps = Vec::new();
+    for (layout, read) in &warp_maps {
+        warps.push(Warp {
+            functions: layout.functions[0] as usize,
+            boundaries: layout.cells[0] as usize + 1,
+            values: results.take(read)?,
+        });
     }
     let triangle_id = match &keys {
         Some(keys) => {
@@ -195,6 +250,8 @@ fn try_render(
         visibility: results.take(&visibility)?,
         triangle_id,
         shadow_map,
+        importance_maps: importances,
+        warps,
         stats: Stats {
             triangles: scene.triangles().len(),
             degenerate_triangles: scene.degenerate_count(),

@@ -6,9 +6,6 @@
 @group(0) @binding(2) var positions_high: texture_2d<f32>;
 @group(0) @binding(3) var positions_low: texture_2d<f32>;
 
-// Unit normals by the winding, rounded from float64: a needle's corners do not give one in float32.
-@group(0) @binding(10) var unit_normals: texture_2d<f32>;
-
 // False where every low part is zero: then it is not fetched.
 override has_low_parts: bool = true;
 
@@ -24,8 +21,4 @@ fn offset_from_vertex(vertex: u32, origin_high: vec3<f32>, origin_low: vec3<f32>
         low += textureLoad(positions_low, place, 0).xyz;
     }
     return (high - origin_high) + low;
-}
-
-fn normal_of_triangle(triangle: u32) -> vec3<f32> {
-    return textureLoad(unit_normals, place_from_index(triangle), 0).xyz;
 }

@@ -53,7 +53,7 @@ pub type Binding<'a> = (u32, wgpu::BindingResource<'a>);
 pub struct Dispatch<'a> {
     pub pipeline: &'a wgpu::ComputePipeline,
     /// Bindings of group 0, by their index.
-    pub bindings: &'a [Binding<'a>],
+    pub bindings: Vec<Binding<'a>>,
     pub groups: Groups<'a>,
 }
 

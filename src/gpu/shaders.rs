@@ -1,8 +1,9 @@
 //! The list of shaders, and how they are put together.
 //!
 //! A shader is a file of `shaders/` with `#import` lines, each of which stands for another file, taken
-//! once. Two imports are slots that a pass fills: `#import projection` with one of `projection/` and
-//! `#import target` with one of `target/`.
+//! once. Four imports are slots that a pass fills: `#import projection` with one of `projection/`,
+//! `#import warp` with one of `warp/`, and `#import target` and `#import stored` with one of `target/`
+//! and of `stored/`, which write and read the same texels.
 
 macro_rules! file {
     ($name:literal) => {
@@ -19,27 +20,48 @@ macro_rules! file {
 }
 /// Every file of `shaders/`, by its name without the extension.
 pub const FILES: &[(&str, &str)] = &[
+    file!("lib/edges"),
+    file!("lib/normals"),
     file!("lib/projection"),
     file!("lib/receivers"),
     file!("lib/tables"),
     file!("lib/triangles"),
     file!("projection/parallel"),
     file!("projection/perspective"),
+    file!("stored/depth"),
+    file!("stored/depth_triangle"),
     file!("target/depth"),
     file!("target/depth_triangle"),
+    file!("warp/grid"),
+    file!("warp/none"),
+    file!("importance_map"),
     file!("lookup"),
     file!("rasterize"),
     file!("receivers"),
+    file!("warp_map"),
 ];
 
-/// A shader with its slots filled.
+/// A shader with its slots filled. A slot that the file does not import plays no part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shader {
     pub file: &'static str,
-    pub slots: &'static [(&'static str, &'static str)],
+    pub projection: &'static str,
+    pub warp: &'static str,
+    pub target: &'static str,
+    pub stored: &'static str,
 }
 
 impl Shader {
+    pub const fn new(file: &'static str) -> Self {
+        Self {
+            file,
+            projection: "projection/parallel",
+            warp: "warp/none",
+            target: "target/depth",
+            stored: "stored/depth",
+        }
+    }
+
     /// The whole WGSL source.
     pub fn compose(self) -> String {
         let mut source = String::new();
@@ -48,11 +70,13 @@ impl Shader {
     }
 
     fn append(self, name: &str, taken: &mut Vec<String>, source: &mut String) {
-        let name = self
-            .slots
-            .iter()
-            .find(|(slot, _)| *slot == name)
-            .map_or(name, |(_, file)| file);
+        let name = match name {
+            "projection" => self.projection,
+            "warp" => self.warp,
+            "target" => self.target,
+            "stored" => self.stored,
+            file => file,
+        };
         if taken.iter().any(|file| file == name) {
             return;
         }
@@ -79,30 +103,30 @@ mod tests {
 
     /// Every shader that a pass may ask for, with every filling of its slots.
     fn shaders() -> Vec<Shader> {
-        const PROJECTIONS: [(&str, &str); 2] = [
-            ("projection", "projection/parallel"),
-            ("projection", "projection/perspective"),
+        let files = [
+            "importance_map",
+            "lookup",
+            "rasterize",
+            "receivers",
+            "warp_map",
         ];
-        const TARGETS: [(&str, &str); 2] = [
-            ("target", "target/depth"),
-            ("target", "target/depth_triangle"),
-        ];
-        let mut shaders = vec![Shader {
-            file: "receivers",
-            slots: &[],
-        }];
-        for projection in PROJECTIONS {
-            let slots = Box::leak(Box::new([projection]));
-            shaders.push(Shader {
-                file: "lookup",
-                slots,
-            });
-            for target in TARGETS {
-                let slots = Box::leak(Box::new([projection, target]));
-                shaders.push(Shader {
-                    file: "rasterize",
-                    slots,
-                });
+        let mut shaders = Vec::new();
+        for file in files {
+            for projection in ["projection/parallel", "projection/perspective"] {
+                for warp in ["warp/none", "warp/grid"] {
+                    for (target, stored) in [
+                        ("target/depth", "stored/depth"),
+                        ("target/depth_triangle", "stored/depth_triangle"),
+                    ] {
+                        shaders.push(Shader {
+                            file,
+                            projection,
+                            warp,
+                            target,
+                            stored,
+                        });
+                    }
+                }
             }
         }
         shaders
@@ -128,7 +152,7 @@ mod tests {
     fn every_file_is_listed() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
         let mut found = 0;
-        for folder in ["", "lib", "projection", "target"] {
+        for folder in ["", "lib", "projection", "stored", "target", "warp"] {
             for entry in std::fs::read_dir(root.join(folder)).unwrap() {
                 found += usize::from(entry.unwrap().path().extension().is_some());
             }

@@ -15,7 +15,7 @@ use super::parameters::position_rounding;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light::Light;
-use crate::passes::shadow_map;
+use crate::projection::Projection;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesiredView {
@@ -38,27 +38,13 @@ impl ShadowMethod for DesiredView {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let Light::Directional { direction } = *view.light;
-        // Around the eye float32 resolves what the camera sees best.
-        let axes = axes_at(view.camera.eye, direction);
-        let Some(receivers) = view.receiver_bounds(&axes)? else {
-            // Whatever is seen faces away from the light: there is nothing to look up.
-            view.skip(shadow_map::LABEL);
-            let visibility = view.all_in_shadow()?;
-            return Ok(Recorded {
-                visibility,
-                layers: vec![],
-            });
+        let Some(projection) = fit_desired_view(view, self.map.resolution)? else {
+            return view.all_in_shadow();
         };
-
-        let casters = projected_box(&axes, view.scene.bounds());
-        let rounding = receiver_rounding(receivers);
-        let projection = fit_box(&axes, receivers, casters.0.z, self.map.resolution, rounding);
-
         let bias = self
             .map
             .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
-        let layer = view.shadow_map(projection)?;
+        let layer = view.shadow_map(projection, None, self.map.lookup)?;
         let visibility = view.lookup(&layer, bias)?;
         Ok(Recorded {
             visibility,
@@ -67,7 +53,24 @@ impl ShadowMethod for DesiredView {
     }
 }
 
-/// How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
-fn receiver_rounding((low, high): (glam::DVec3, glam::DVec3)) -> f64 {
-    4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length()
+/// The map over the box of the receivers that face the light, `None` where there are none. Submits
+/// what was recorded so far.
+pub fn fit_desired_view(view: &mut View, resolution: u32) -> Result<Option<Projection>> {
+    let Light::Directional { direction } = *view.light;
+    // Around the eye float32 resolves what the camera sees best.
+    let axes = axes_at(view.camera.eye, direction);
+    let Some((low, high)) = view.receiver_bounds(&axes)? else {
+        return Ok(None);
+    };
+    let casters = projected_box(&axes, view.scene.bounds());
+    // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
+    let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
+    let bounds = (low, high);
+    Ok(Some(fit_box(
+        &axes,
+        bounds,
+        casters.0.z,
+        resolution,
+        rounding,
+    )))
 }

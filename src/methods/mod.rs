@@ -4,8 +4,10 @@
 //! passes. See CONTRIBUTING.md, "How to add a method".
 
 mod desired_view;
+mod notw;
 mod parallel_fit;
 mod parameters;
+mod rtw;
 mod uniform;
 mod view;
 
@@ -82,6 +84,8 @@ macro_rules! methods {
 methods! {
     Uniform = uniform::Uniform,
     DesiredView = desired_view::DesiredView,
+    RectilinearWarp = rtw::RectilinearWarp,
+    NonOrthogonalWarp = notw::NonOrthogonalWarp,
 }
 
 /// What a user can ask about a method.

@@ -1,7 +1,7 @@
 //! Parameters of methods: names to values, checked with errors that name the parameter.
 
 use crate::error::{Error, Result, ensure_value};
-use crate::passes::lookup::DepthBias;
+use crate::passes::lookup::{Comparison, DepthBias};
 use crate::projection::Projection;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -124,6 +124,7 @@ const LARGEST_RESOLUTION: u32 = 32768;
 pub struct MapParameters {
     /// Texels along each side.
     pub resolution: u32,
+    pub lookup: Comparison,
     pub bias: Bias,
     /// World units; `None` for the default of the kind of bias.
     pub constant_bias: Option<f64>,
@@ -147,10 +148,27 @@ const BIASES: &[(&str, Bias)] = &[
     ("receiver_plane", Bias::ReceiverPlane),
 ];
 
+const fn comparison(reach: u8, triangles: bool, depths: bool) -> Comparison {
+    Comparison {
+        reach,
+        triangles,
+        depths,
+    }
+}
+
+const LOOKUPS: &[(&str, Comparison)] = &[
+    ("auto", comparison(1, true, true)),
+    ("depth", Comparison::DEPTH),
+    ("triangle", comparison(1, true, false)),
+    ("triangle_1x1", comparison(0, true, false)),
+    ("triangle_5x5", comparison(2, true, false)),
+];
+
 impl MapParameters {
     pub fn defaults() -> Vec<(&'static str, Value)> {
         vec![
             ("resolution", Value::Int(1024)),
+            ("lookup", Value::Text("auto".to_string())),
             ("bias", Value::Text("auto".to_string())),
             ("constant_bias", Value::None),
             ("slope_bias", Value::Float(1.0)),
@@ -160,6 +178,7 @@ impl MapParameters {
     pub fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         Ok(Self {
             resolution: parameters.take_resolution("resolution")?,
+            lookup: parameters.take_choice("lookup", LOOKUPS)?,
             bias: parameters.take_choice("bias", BIASES)?,
             constant_bias: parameters.take_optional("constant_bias")?,
             slope_bias: parameters.take_non_negative("slope_bias")?,

@@ -47,7 +47,7 @@ impl ShadowMethod for Uniform {
         let bias = self
             .map
             .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
-        let layer = view.shadow_map(projection)?;
+        let layer = view.shadow_map(projection, None, self.map.lookup)?;
         let visibility = view.lookup(&layer, bias)?;
         Ok(Recorded {
             visibility,

@@ -5,10 +5,12 @@ use crate::error::Result;
 use crate::gpu::frame::{Frame, Read, ReadResults};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
-use crate::passes::lookup::{self, DepthBias};
+use crate::passes::importance_map::{self, Importance, ImportanceMap};
+use crate::passes::lookup::{self, Comparison, DepthBias};
 use crate::passes::rasterize::Counters;
 use crate::passes::receivers::{self, Bounds};
-use crate::passes::{Inputs, shadow_map};
+use crate::passes::warp_map::WarpMap;
+use crate::passes::{Inputs, Receivers, shadow_map};
 use crate::projection::Projection;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -31,6 +33,10 @@ pub struct View<'a> {
 /// A layer of a shadow map.
 pub struct Layer {
     pub projection: Projection,
+    pub warp: Option<WarpMap>,
+    /// What the warp was made from.
+    pub importance: Option<ImportanceMap>,
+    pub comparison: Comparison,
     pub texels: PooledBuffer,
 }
 
@@ -74,53 +80,88 @@ impl<'a> View<'a> {
     /// The box around the receivers that face the light, in the axes of the projection. Submits what
     /// was recorded so far.
     pub fn receiver_bounds(&mut self, projection: &Projection) -> Result<Option<(DVec3, DVec3)>> {
-        let Light::Directional { direction } = self.light;
-        let bounds = receivers::receivers(
-            &mut self.frame,
-            self.inputs,
-            self.visibility_buffer,
-            *direction,
-            projection,
-        )?;
+        let seen = self.receivers();
+        let bounds = receivers::receivers(&mut self.frame, seen, projection)?;
         let results = self.submit()?;
         let bounds = results.take(&bounds)?[0];
         self.bounds = Some(bounds);
         Ok(bounds.corners())
     }
 
-    /// A layer of a shadow map through the projection.
-    pub fn shadow_map(&mut self, projection: Projection) -> Result<Layer> {
-        let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, &projection)?;
+    /// A layer of a shadow map through the projection and the warp.
+    pub fn shadow_map(
+        &mut self,
+        projection: Projection,
+        warp: Option<WarpMap>,
+        comparison: Comparison,
+    ) -> Result<Layer> {
+        let rasterized = shadow_map::shadow_map(
+            &mut self.frame,
+            self.inputs,
+            &projection,
+            warp.as_ref(),
+            comparison.target(),
+        )?;
         self.keep_counters(shadow_map::LABEL, rasterized.counters);
         Ok(Layer {
             projection,
+            warp,
+            importance: None,
+            comparison,
             texels: rasterized.texels,
         })
     }
 
-    /// The visibility image by depth comparison.
+    /// The importance of the cells of the map.
+    pub fn importance_map(
+        &mut self,
+        projection: &Projection,
+        cells: u32,
+        importance: Importance,
+        warp: Option<&WarpMap>,
+    ) -> Result<ImportanceMap> {
+        let seen = self.receivers();
+        importance_map::importance_map(&mut self.frame, seen, projection, cells, importance, warp)
+    }
+
+    /// The visibility image.
     pub fn lookup(&mut self, layer: &Layer, bias: DepthBias) -> Result<PooledBuffer> {
-        let Light::Directional { direction } = self.light;
+        let seen = self.receivers();
         lookup::lookup(
             &mut self.frame,
-            self.inputs,
-            self.visibility_buffer,
-            *direction,
+            seen,
             &layer.projection,
+            layer.warp.as_ref(),
             &layer.texels,
+            layer.comparison,
             bias,
         )
     }
 
-    /// The visibility image where no receiver faces the light.
-    pub fn all_in_shadow(&mut self) -> Result<PooledBuffer> {
-        let Light::Directional { direction } = self.light;
-        lookup::all_in_shadow(
-            &mut self.frame,
-            self.inputs,
-            self.visibility_buffer,
-            *direction,
-        )
+    /// The frame where whatever is seen faces away from the light: there is nothing to look up.
+    pub fn all_in_shadow(&mut self) -> Result<Recorded> {
+        self.skip(shadow_map::LABEL);
+        let seen = self.receivers();
+        let visibility = lookup::all_in_shadow(&mut self.frame, seen)?;
+        Ok(Recorded {
+            visibility,
+            layers: vec![],
+        })
+    }
+
+    fn receivers(&self) -> Receivers<'a> {
+        let Light::Directional { direction } = *self.light;
+        Receivers {
+            scene: self.inputs.scene,
+            camera: self.inputs.camera,
+            visibility_buffer: self.visibility_buffer,
+            light_direction: direction,
+        }
+    }
+
+    /// The frame that is being recorded.
+    pub(super) fn recording(&mut self) -> &mut Frame {
+        &mut self.frame
     }
 
     /// Names a stage that this frame does not need.

@@ -1,12 +1,13 @@
 //! Pass "lookup": the shadow test of every pixel.
 
-use super::{Inputs, ReceiversUniform};
+use super::Receivers;
+use super::rasterize::Target;
+use super::warp_map::{self, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
-use crate::projection::{Kind, Projection};
-use glam::DVec3;
+use crate::projection::Projection;
 
 pub const LABEL: &str = "lookup";
 
@@ -23,50 +24,92 @@ pub struct DepthBias {
     pub rounding: f64,
 }
 
+/// How a receiver is compared with the texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Comparison {
+    /// Texels on each side of the receiver's own.
+    pub reach: u8,
+    /// Whether the receiver's own light ray is tested against the triangles of those texels.
+    pub triangles: bool,
+    /// Whether depth tests that all agree decide.
+    pub depths: bool,
+}
+
+impl Comparison {
+    pub const DEPTH: Self = Self {
+        reach: 0,
+        triangles: false,
+        depths: true,
+    };
+
+    pub fn target(self) -> Target {
+        if self.triangles {
+            Target::DepthTriangle
+        } else {
+            Target::Depth
+        }
+    }
+}
+
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn lookup(
     frame: &mut Frame,
-    inputs: Inputs,
-    visibility_buffer: &wgpu::Buffer,
-    light_direction: DVec3,
+    seen: Receivers,
     projection: &Projection,
+    warp: Option<&WarpMap>,
     shadow_map: &wgpu::Buffer,
+    comparison: Comparison,
     bias: DepthBias,
 ) -> Result<PooledBuffer> {
     let shader = Shader {
-        file: "lookup",
-        slots: match projection.kind {
-            Kind::Parallel => &[("projection", "projection/parallel")],
-            Kind::Perspective => &[("projection", "projection/perspective")],
+        projection: projection.kind.shader(),
+        warp: warp_map::shader(warp),
+        stored: match comparison.target() {
+            Target::Depth => "stored/depth",
+            Target::DepthTriangle => "stored/depth_triangle",
         },
+        ..Shader::new("lookup")
     };
-    let mut uniform = ReceiversUniform::new(inputs.camera, light_direction, projection);
+    let mut uniform = seen.uniform(projection);
     uniform.constant_bias = bias.constant as f32;
     uniform.slope_bias = bias.slope as f32;
     uniform.receiver_plane = f32::from(u8::from(bias.receiver_plane));
     uniform.rounding = bias.rounding as f32;
     let uniform = frame.uniform("receivers", &uniform);
-    let projection = frame.uniform("projection", &projection.uniform(inputs.scene.origin));
-    let pixels = inputs.camera.pixel_count() as u64;
+    let projection = frame.uniform("projection", &projection.uniform(seen.scene.origin));
+    let pixels = seen.camera.pixel_count() as u64;
     let visibility = frame.storage("visibility image", 4 * pixels)?;
     let rows = frame.gpu.work_per_invocation(1, 32);
-    let constants = [("rows_per_invocation", f64::from(rows))];
+    let flag = |value| f64::from(u8::from(value));
+    let mut constants = vec![
+        ("rows_per_invocation", f64::from(rows)),
+        ("reach", f64::from(comparison.reach)),
+        ("uses_triangles", flag(comparison.triangles)),
+        ("uses_depths", flag(comparison.depths)),
+    ];
+    constants.push(("has_low_parts", flag(seen.scene.has_low_parts)));
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
+    let scene = seen.scene;
+    let mut bindings = vec![
+        (20, buffer(&uniform)),
+        (21, buffer(seen.visibility_buffer)),
+        (10, table(&scene.unit_normals)),
+        (0, buffer(&projection)),
+        (1, table(&scene.vertex_indices)),
+        (2, table(&scene.positions_high)),
+        (3, table(&scene.positions_low)),
+        (5, buffer(shadow_map)),
+        (6, buffer(&visibility)),
+    ];
+    bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     frame.pass(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
-            bindings: &[
-                (0, buffer(&uniform)),
-                (1, buffer(visibility_buffer)),
-                (2, table(&inputs.scene.unit_normals)),
-                (3, buffer(&projection)),
-                (4, buffer(shadow_map)),
-                (5, buffer(&visibility)),
-            ],
+            bindings,
             groups: Groups::Grid(
-                inputs.camera.width.div_ceil(64),
-                inputs.camera.height.div_ceil(rows),
+                seen.camera.width.div_ceil(64),
+                seen.camera.height.div_ceil(rows),
             ),
         }],
     );
@@ -74,13 +117,8 @@ pub fn lookup(
 }
 
 /// The visibility image where no receiver faces the light: no map is asked.
-pub fn all_in_shadow(
-    frame: &mut Frame,
-    inputs: Inputs,
-    visibility_buffer: &wgpu::Buffer,
-    light_direction: DVec3,
-) -> Result<PooledBuffer> {
-    let projection = Projection::from_camera(inputs.camera);
+pub fn all_in_shadow(frame: &mut Frame, seen: Receivers) -> Result<PooledBuffer> {
+    let projection = Projection::from_camera(seen.camera);
     let empty = frame.storage("empty shadow map", 4)?;
     frame.clear(&empty);
     let bias = DepthBias {
@@ -91,11 +129,11 @@ pub fn all_in_shadow(
     };
     lookup(
         frame,
-        inputs,
-        visibility_buffer,
-        light_direction,
+        seen,
         &projection,
+        None,
         &empty,
+        Comparison::DEPTH,
         bias,
     )
 }

@@ -1,11 +1,13 @@
 //! The passes. Each is a function from handles to a handle; one pass is one file, one label and one
 //! timer key, and passes belong to the house, not to a method.
 
+pub mod importance_map;
 pub mod lookup;
 pub mod rasterize;
 pub mod receivers;
 pub mod shadow_map;
 pub mod visibility;
+pub mod warp_map;
 
 use crate::camera::Camera;
 use crate::gpu::scene_tables::SceneTables;
@@ -73,4 +75,19 @@ impl ReceiversUniform {
 pub struct Inputs<'a> {
     pub scene: &'a SceneTables,
     pub camera: &'a Camera,
+}
+
+/// What the camera sees, before one light: what the passes over receivers read.
+#[derive(Clone, Copy)]
+pub struct Receivers<'a> {
+    pub scene: &'a SceneTables,
+    pub camera: &'a Camera,
+    pub visibility_buffer: &'a wgpu::Buffer,
+    pub light_direction: DVec3,
+}
+
+impl Receivers<'_> {
+    fn uniform(&self, projection: &Projection) -> ReceiversUniform {
+        ReceiversUniform::new(self.camera, self.light_direction, projection)
+    }
 }

@@ -1,12 +1,13 @@
 //! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`.
 
+use super::warp_map::{self, WarpMap};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer, table};
+use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, Read, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
-use crate::projection::{Kind, Projection, ProjectionUniform};
+use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -59,29 +60,13 @@ fn item_capacity(triangle_count: u32) -> u64 {
     u64::from(triangle_count) + SPARE_ITEMS.load(Ordering::Relaxed)
 }
 
-/// The shader for the kind of projection and target.
-fn shader(kind: Kind, target: Target) -> Shader {
-    const PARALLEL: (&str, &str) = ("projection", "projection/parallel");
-    const PERSPECTIVE: (&str, &str) = ("projection", "projection/perspective");
-    const DEPTH: (&str, &str) = ("target", "target/depth");
-    const DEPTH_TRIANGLE: (&str, &str) = ("target", "target/depth_triangle");
-    Shader {
-        file: "rasterize",
-        slots: match (kind, target) {
-            (Kind::Parallel, Target::Depth) => &[PARALLEL, DEPTH],
-            (Kind::Parallel, Target::DepthTriangle) => &[PARALLEL, DEPTH_TRIANGLE],
-            (Kind::Perspective, Target::Depth) => &[PERSPECTIVE, DEPTH],
-            (Kind::Perspective, Target::DepthTriangle) => &[PERSPECTIVE, DEPTH_TRIANGLE],
-        },
-    }
-}
-
 /// Records the pass under the label.
 pub fn rasterize(
     frame: &mut Frame,
     label: &'static str,
     scene: &SceneTables,
     projection: &Projection,
+    warp: Option<&WarpMap>,
     target: Target,
 ) -> Result<Rasterized> {
     let texel_bytes = match target {
@@ -98,7 +83,16 @@ pub fn rasterize(
     frame.clear(&texels);
     frame.clear(&counters);
 
-    let shader = shader(projection.kind, target);
+    let shader = Shader {
+        projection: projection.kind.shader(),
+        warp: warp_map::shader(warp),
+        target: match target {
+            Target::Depth => "target/depth",
+            Target::DepthTriangle => "target/depth_triangle",
+        },
+        ..Shader::new("rasterize")
+    };
+    let warp = warp.map(WarpMap::bindings).unwrap_or_default();
     let gpu = frame.gpu.clone();
     let per_invocation = gpu.work_per_invocation(1, 64);
     let has_low_parts = ("has_low_parts", f64::from(u8::from(scene.has_low_parts)));
@@ -128,57 +122,48 @@ pub fn rasterize(
     let items = (6, buffer(&items));
     let coarse_tiles = (7, buffer(&coarse_tiles));
     let scene_bindings = [job, vertex_indices, positions_high, positions_low];
-    frame.pass(
-        label,
-        &[
-            Dispatch {
-                pipeline: &bin,
-                bindings: &[
-                    &scene_bindings[..],
-                    &[counted.clone(), items.clone(), coarse_tiles.clone()],
-                ]
-                .concat(),
-                groups: Groups::Linear(
-                    u64::from(scene.triangle_count).div_ceil(GROUP * u64::from(per_invocation)),
-                ),
-            },
-            Dispatch {
-                pipeline: &prepare_split,
-                bindings: &[
-                    counted.clone(),
-                    coarse_tiles.clone(),
-                    (8, buffer(&split_groups)),
-                ],
-                groups: Groups::Linear(1),
-            },
-            Dispatch {
-                pipeline: &split,
-                bindings: &[
-                    &scene_bindings[..],
-                    &[
-                        counted.clone(),
-                        items.clone(),
-                        coarse_tiles,
-                        unit_normals.clone(),
-                    ],
-                ]
-                .concat(),
-                groups: Groups::Indirect(&split_groups),
-            },
-            Dispatch {
-                pipeline: &prepare_walk,
-                bindings: &[counted.clone(), items.clone(), (9, buffer(&walk_groups))],
-                groups: Groups::Linear(1),
-            },
-            Dispatch {
-                pipeline: &walk,
-                bindings: &[&scene_bindings[..], &[counted, drawn, items, unit_normals]].concat(),
-                groups: Groups::Indirect(&walk_groups),
-            },
-        ],
-    );
+    // Bindings of the scene and the warp, and some more.
+    let mut scene_and_warp = scene_bindings.to_vec();
+    scene_and_warp.extend(warp);
+    let triangles = u64::from(scene.triangle_count);
+    let dispatches = [
+        Dispatch {
+            pipeline: &bin,
+            bindings: joined(&scene_and_warp, &[&counted, &items, &coarse_tiles]),
+            groups: Groups::Linear(triangles.div_ceil(GROUP * u64::from(per_invocation))),
+        },
+        Dispatch {
+            pipeline: &prepare_split,
+            bindings: joined(&[], &[&counted, &coarse_tiles, &(8, buffer(&split_groups))]),
+            groups: Groups::Linear(1),
+        },
+        Dispatch {
+            pipeline: &split,
+            bindings: joined(
+                &scene_and_warp,
+                &[&counted, &items, &coarse_tiles, &unit_normals],
+            ),
+            groups: Groups::Indirect(&split_groups),
+        },
+        Dispatch {
+            pipeline: &prepare_walk,
+            bindings: joined(&[], &[&counted, &items, &(9, buffer(&walk_groups))]),
+            groups: Groups::Linear(1),
+        },
+        Dispatch {
+            pipeline: &walk,
+            bindings: joined(&scene_and_warp, &[&counted, &drawn, &items, &unit_normals]),
+            groups: Groups::Indirect(&walk_groups),
+        },
+    ];
+    frame.pass(label, &dispatches);
     let counters = frame.read(Source::Taken(counters), 1)?;
     Ok(Rasterized { texels, counters })
+}
+
+fn joined<'a>(shared: &[Binding<'a>], own: &[&Binding<'a>]) -> Vec<Binding<'a>> {
+    let own = own.iter().copied().cloned();
+    shared.iter().cloned().chain(own).collect()
 }
 
 /// Invocations of a workgroup.

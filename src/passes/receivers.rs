@@ -1,6 +1,6 @@
 //! Pass "receivers": the box around the receivers that face the light, by a parallel reduction.
 
-use super::{Inputs, ReceiversUniform};
+use super::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer, table};
 use crate::gpu::shaders::Shader;
@@ -10,10 +10,7 @@ use glam::{DVec3, Vec3};
 
 pub const LABEL: &str = "receivers";
 
-const SHADER: Shader = Shader {
-    file: "receivers",
-    slots: &[],
-};
+const SHADER: Shader = Shader::new("receivers");
 
 /// As `Bounds` in the shader.
 #[repr(C)]
@@ -52,12 +49,10 @@ const GROUP: u32 = 256;
 /// `projection` gives the axes of the box; its size and centre play no part.
 pub fn receivers(
     frame: &mut Frame,
-    inputs: Inputs,
-    visibility_buffer: &wgpu::Buffer,
-    light_direction: DVec3,
+    seen: Receivers,
     projection: &Projection,
 ) -> Result<Read<Bounds>> {
-    let uniform = ReceiversUniform::new(inputs.camera, light_direction, projection);
+    let uniform = seen.uniform(projection);
     let uniform = frame.uniform("receivers", &uniform);
     let bounds = frame.storage("receiver bounds", size_of::<Bounds>() as u64)?;
     frame.clear(&bounds);
@@ -69,15 +64,15 @@ pub fn receivers(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
-            bindings: &[
-                (0, buffer(&uniform)),
-                (1, buffer(visibility_buffer)),
-                (2, table(&inputs.scene.unit_normals)),
-                (3, buffer(&bounds)),
+            bindings: vec![
+                (20, buffer(&uniform)),
+                (21, buffer(seen.visibility_buffer)),
+                (10, table(&seen.scene.unit_normals)),
+                (0, buffer(&bounds)),
             ],
             groups: Groups::Grid(
-                inputs.camera.width.div_ceil(GROUP),
-                inputs.camera.height.div_ceil(rows),
+                seen.camera.width.div_ceil(GROUP),
+                seen.camera.height.div_ceil(rows),
             ),
         }],
     );

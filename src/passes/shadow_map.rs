@@ -2,6 +2,7 @@
 
 use super::Inputs;
 use super::rasterize::{Rasterized, Target, rasterize};
+use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::frame::Frame;
 use crate::projection::Projection;
@@ -12,8 +13,10 @@ pub fn shadow_map(
     frame: &mut Frame,
     inputs: Inputs,
     projection: &Projection,
+    warp: Option<&WarpMap>,
+    target: Target,
 ) -> Result<Rasterized> {
-    rasterize(frame, LABEL, inputs.scene, projection, Target::Depth)
+    rasterize(frame, LABEL, inputs.scene, projection, warp, target)
 }
 
 /// Depth in [0, 1] of a texel, 1 where it is empty.

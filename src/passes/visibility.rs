@@ -15,6 +15,7 @@ pub fn visibility(frame: &mut Frame, inputs: Inputs) -> Result<Rasterized> {
         LABEL,
         inputs.scene,
         &projection,
+        None,
         Target::DepthTriangle,
     )
 }

@@ -1,0 +1,74 @@
+// A triangle in projection space: its edges and its plane.
+//
+// A triangle's edges are planes (central projections) or lines (parallel ones) through the rays'
+// origin: e_i(r) = dot(edge_i, r) with r = (x, y, 1), after Olano and Greer, "Triangle Scan
+// Conversion using 2D Homogeneous Coordinates", 1997. A texel is covered where all three are positive,
+// also for a triangle that reaches behind the near plane, so nothing is clipped.
+#import projection
+#import lib/triangles
+#import lib/normals
+
+struct Triangle {
+    // Edge opposite to each corner, positive inside.
+    edge0: vec3<f32>,
+    edge1: vec3<f32>,
+    edge2: vec3<f32>,
+    plane: vec3<f32>,                   // see `depth_plane`
+    z_low: f32,                         // depths of the corners: no covered texel is beyond them
+    z_high: f32,
+}
+
+fn is_before(a: vec3<f32>, b: vec3<f32>) -> bool {
+    return a.x < b.x || (a.x == b.x && (a.y < b.y || (a.y == b.y && a.z < b.z)));
+}
+
+// The two triangles at an edge must agree on which side a texel lies, to the bit: the edge is always
+// computed from the same end. The difference of the ends is nearly exact, their product is not.
+fn edge_through(a: vec3<f32>, b: vec3<f32>, orientation: f32) -> vec3<f32> {
+    let swap = is_before(b, a);
+    let from_end = select(a, b, swap);
+    let edge = cross(from_end, select(b, a, swap) - from_end);
+    return edge * select(orientation, -orientation, swap);
+}
+
+fn evaluate_edge(edge: vec3<f32>, texel: vec2<f32>) -> f32 {
+    return fma(edge.x, texel.x, fma(edge.y, texel.y, edge.z));
+}
+
+fn triangle_from_projected(
+    projection: Projection,
+    id: u32,
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+) -> Triangle {
+    let ha = homogeneous_from_projected(a);
+    let hb = homogeneous_from_projected(b);
+    let hc = homogeneous_from_projected(c);
+    // A ray that meets the triangle in front of its origin has e_i of the sign of this determinant;
+    // a triangle seen edge-on has none and covers nothing. With a corner at the origin of the rays it
+    // is seen edge-on, but the determinant may round to either sign.
+    let zero = vec3<f32>(0.0);
+    let is_at_origin = all(ha == zero) || all(hb == zero) || all(hc == zero);
+    let orientation = select(sign(dot(ha, cross(hb - ha, hc - ha))), 0.0, is_at_origin);
+    let normal = projected_from_normal(projection, normal_of_triangle(id));
+    return Triangle(
+        edge_through(hb, hc, orientation),
+        edge_through(hc, ha, orientation),
+        edge_through(ha, hb, orientation),
+        depth_plane(normal, a),
+        min(min(a.z, b.z), c.z),
+        max(max(a.z, b.z), c.z),
+    );
+}
+
+fn load_projected(projection: Projection, id: u32) -> array<vec3<f32>, 3> {
+    let vertices = vertices_of_triangle(id);
+    let high = projection.origin_high;
+    let low = projection.origin_low;
+    return array<vec3<f32>, 3>(
+        projected_from_offset(projection, offset_from_vertex(vertices.x, high, low)),
+        projected_from_offset(projection, offset_from_vertex(vertices.y, high, low)),
+        projected_from_offset(projection, offset_from_vertex(vertices.z, high, low)),
+    );
+}

@@ -1,0 +1,133 @@
+// A warp by monotone functions along rows and columns:
+//
+//   x' = X_i(x), i = floor(y rows)          y' = Y_j(y), j = floor(x' columns)
+//
+// after Milet et al., "Non-orthogonal texture warping", Eq. 6; one function for all rows and one for
+// all columns make it Rosen's rectilinear warp. Functions are piecewise linear between the boundaries
+// of cells; all coordinates are in [0, 1]. The inverse is exact, and only asked for at centres of
+// texels, where it is tabulated:
+//
+//   y = Y_j^-1(y'), j = floor(x' columns)   x = X_i^-1(x'), i = floor(y rows)
+
+struct Warp {
+    functions: vec2<u32>,       // rows, columns: how many functions there are along x, along y
+    cells: vec2<u32>,           // of each function along x, along y
+    // First elements in the table: values at boundaries of cells, [function][cell + 1]; inverses at
+    // centres of texels, [function][texel]; least and greatest values of BLOCK functions, [block][cell + 1].
+    forward: vec2<u32>,
+    inverse: vec2<u32>,
+    least: vec2<u32>,
+    greatest: vec2<u32>,
+}
+
+struct Warped {
+    uv: vec2<f32>,
+    scale: vec2<f32>,           // how much the warp widens along each axis
+}
+
+const IS_WARPED: bool = true;
+// Functions that share an envelope.
+const BLOCK: u32 = 16u;
+
+@group(0) @binding(11) var<uniform> warp_uniform: Warp;
+@group(0) @binding(12) var<storage, read> warp_table: array<f32>;
+
+fn load_warp() -> Warp {
+    return warp_uniform;
+}
+
+// The value at x of a function whose boundaries start at `first`, and its slope.
+fn value_and_slope(first: u32, cells: u32, x: f32) -> vec2<f32> {
+    let place = clamp(x, 0.0, 1.0) * f32(cells);
+    let cell = min(u32(place), cells - 1u);
+    let a = warp_table[first + cell];
+    let b = warp_table[first + cell + 1u];
+    return vec2<f32>(a + (b - a) * (place - f32(cell)), (b - a) * f32(cells));
+}
+
+fn function_at(place: f32, functions: u32) -> u32 {
+    return min(u32(clamp(place, 0.0, 1.0) * f32(functions)), functions - 1u);
+}
+
+fn warped_along_x(warp: Warp, uv: vec2<f32>) -> vec2<f32> {
+    let row = function_at(uv.y, warp.functions.x);
+    return value_and_slope(warp.forward.x + row * (warp.cells.x + 1u), warp.cells.x, uv.x);
+}
+
+fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
+    let x = warped_along_x(warp, uv);
+    let column = function_at(x.x, warp.functions.y);
+    let y = value_and_slope(warp.forward.y + column * (warp.cells.y + 1u), warp.cells.y, uv.y);
+    return Warped(vec2<f32>(x.x, y.x), vec2<f32>(x.y, y.y));
+}
+
+// Linear map coordinates, in [0, 1], of a texel's centre.
+fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32> {
+    let place = vec2<u32>(texel);
+    let column = function_at((f32(place.x) + 0.5) / f32(size.x), warp.functions.y);
+    let y = warp_table[warp.inverse.y + column * size.y + place.y];
+    let row = function_at(y, warp.functions.x);
+    return vec2<f32>(warp_table[warp.inverse.x + row * size.x + place.x], y);
+}
+
+// Least value at `low` and greatest at `high` of the functions from `first` to `last` along an axis.
+// Envelopes of blocks of functions keep the loop short where there are many.
+fn values_between(warp: Warp, axis: u32, first: u32, last: u32, low: f32, high: f32) -> vec2<f32> {
+    let cells = warp.cells[axis];
+    let uses_blocks = last - first >= BLOCK;
+    let start = select(first, first / BLOCK, uses_blocks);
+    let end = select(last, last / BLOCK, uses_blocks);
+    let least = select(warp.forward[axis], warp.least[axis], uses_blocks);
+    let greatest = select(warp.forward[axis], warp.greatest[axis], uses_blocks);
+    var values = vec2<f32>(1.0, 0.0);
+    for (var i = start; i <= end; i += 1u) {
+        let skipped = i * (cells + 1u);
+        values.x = min(values.x, value_and_slope(least + skipped, cells, low).x);
+        values.y = max(values.y, value_and_slope(greatest + skipped, cells, high).x);
+    }
+    return values;
+}
+
+// A bound of the image of a box: least x and y, greatest x and y.
+fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {
+    let x = values_between(
+        warp,
+        0u,
+        function_at(low.y, warp.functions.x),
+        function_at(high.y, warp.functions.x),
+        low.x,
+        high.x,
+    );
+    let y = values_between(
+        warp,
+        1u,
+        function_at(x.x, warp.functions.y),
+        function_at(x.y, warp.functions.y),
+        low.y,
+        high.y,
+    );
+    return vec4<f32>(x.x, y.x, x.y, y.y);
+}
+
+// A bound of the linear map coordinates of the texels from `first` to `last`: least x and y, greatest
+// x and y of their centres.
+fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) -> vec4<f32> {
+    let from_texel = vec2<u32>(first);
+    let to_texel = vec2<u32>(last);
+    let width = f32(size.x);
+    var y = vec2<f32>(1.0, 0.0);
+    let last_column = function_at((f32(last.x) + 0.5) / width, warp.functions.y);
+    for (var i = function_at((f32(first.x) + 0.5) / width, warp.functions.y); i <= last_column; i += 1u) {
+        let start = warp.inverse.y + i * size.y;
+        y.x = min(y.x, warp_table[start + from_texel.y]);
+        y.y = max(y.y, warp_table[start + to_texel.y]);
+    }
+    var x = vec2<f32>(1.0, 0.0);
+    let last_row = function_at(y.y, warp.functions.x);
+    for (var i = function_at(y.x, warp.functions.x); i <= last_row; i += 1u) {
+        let start = warp.inverse.x + i * size.x;
+        x.x = min(x.x, warp_table[start + from_texel.x]);
+        x.y = max(x.y, warp_table[start + to_texel.x]);
+    }
+    return vec4<f32>(x.x, y.x, x.y, y.y);
+}

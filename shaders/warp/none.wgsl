@@ -1,0 +1,33 @@
+// No warp: texels lie where the projection puts them.
+
+struct Warp {
+    unused: u32,
+}
+
+struct Warped {
+    uv: vec2<f32>,
+    scale: vec2<f32>,           // how much the warp widens along each axis
+}
+
+const IS_WARPED: bool = false;
+
+fn load_warp() -> Warp {
+    return Warp(0u);
+}
+
+fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
+    return Warped(uv, vec2<f32>(1.0));
+}
+
+// Linear map coordinates, in [0, 1], of a texel's centre.
+fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32> {
+    return (vec2<f32>(texel) + 0.5) / vec2<f32>(size);
+}
+
+fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {
+    return vec4<f32>(low, high);
+}
+
+fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) -> vec4<f32> {
+    return vec4<f32>(vec2<f32>(first) + 0.5, vec2<f32>(last) + 0.5) / vec4<f32>(vec4<u32>(size, size));
+}

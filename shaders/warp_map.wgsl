@@ -1,0 +1,200 @@
+// Importance to warp: monotone functions along one axis, their inverses and their envelopes.
+//
+// Non-orthogonal (Milet et al.): a function for each row (column) from the prefix sums of its counts
+// (Eq. 1-5). Smoothing among the functions is a weighted average by receiver counts N_i; since
+// N_i X_i(x) is the prefix sum itself, that average is the function of the *smoothed counts*. `smooth`
+// averages them over a window of functions; twice makes a tent.
+//
+// Rectilinear (Rosen, 4.2): one function from the maxima of rows or columns, blurred by a Gaussian (Eq. 1).
+//
+// No loop comes near the 65,535 iterations after which some drivers stop in silence: `MOST_CELLS` in
+// warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers; a function without any
+// importance is the identity.
+
+struct WarpAxis {
+    functions: u32,
+    cells: u32,
+    texels: u32,                        // along this axis
+    window: u32,                        // functions on each side that `smooth` averages
+    forward: u32,                       // first elements in the table, see warp/grid.wgsl
+    inverse: u32,
+    least: u32,
+    greatest: u32,
+    along_y: u32,                       // which maxima `collapse` takes
+    blur_sigma: f32,                    // cells
+}
+
+@group(0) @binding(0) var<uniform> axis_uniform: WarpAxis;
+@group(0) @binding(1) var<storage, read> counts: array<u32>;
+@group(0) @binding(2) var<storage, read> weights: array<u64>;
+@group(0) @binding(3) var<storage, read_write> smoothed: array<u64>;
+@group(0) @binding(4) var<storage, read_write> warp_table: array<f32>;
+@group(0) @binding(5) var<storage, read_write> collapsed: array<f32>;
+@group(0) @binding(6) var<storage, read_write> blurred: array<f32>;
+
+const BLOCK: u32 = 16u;
+
+// ---- non-orthogonal ----
+
+@compute @workgroup_size(64)
+fn widen(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+         @builtin(local_invocation_index) local: u32) {
+    let index = (group.y * groups.x + group.x) * 64u + local;
+    if index < arrayLength(&smoothed) {
+        smoothed[index] = u64(counts[index]);
+    }
+}
+
+// A cell an invocation, which slides a window over the functions.
+@compute @workgroup_size(64)
+fn smooth_functions(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let cell = invocation.x;
+    if cell >= axis.cells {
+        return;
+    }
+    var sum = 0lu;
+    for (var i = 0u; i < min(axis.window, axis.functions); i += 1u) {
+        sum += weights[i * axis.cells + cell];
+    }
+    for (var i = 0u; i < axis.functions; i += 1u) {
+        let entering = i + axis.window;
+        if entering < axis.functions {
+            sum += weights[entering * axis.cells + cell];
+        }
+        if i > axis.window {
+            sum -= weights[(i - axis.window - 1u) * axis.cells + cell];
+        }
+        smoothed[i * axis.cells + cell] = sum;
+    }
+}
+
+// A function an invocation.
+@compute @workgroup_size(8)
+fn functions_of_counts(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let index = invocation.x;
+    if index >= axis.functions {
+        return;
+    }
+    let first = index * axis.cells;
+    var total = 0lu;
+    for (var cell = 0u; cell < axis.cells; cell += 1u) {
+        total += weights[first + cell];
+    }
+    let start = axis.forward + index * (axis.cells + 1u);
+    var sum = 0lu;
+    for (var cell = 0u; cell < axis.cells; cell += 1u) {
+        let identity = f32(cell) / f32(axis.cells);
+        warp_table[start + cell] = select(f32(sum) / f32(total), identity, total == 0lu);
+        sum += weights[first + cell];
+    }
+    warp_table[start + axis.cells] = 1.0;
+}
+
+// ---- rectilinear ----
+
+// Maxima of the columns, or of the rows along y: a cell an invocation.
+@compute @workgroup_size(64)
+fn collapse(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let cell = invocation.x;
+    if cell >= axis.cells {
+        return;
+    }
+    let stride = select(axis.cells, 1u, axis.along_y != 0u);
+    let first = select(cell, cell * axis.cells, axis.along_y != 0u);
+    var greatest = 0u;
+    for (var i = 0u; i < axis.cells; i += 1u) {
+        greatest = max(greatest, counts[first + i * stride]);
+    }
+    collapsed[cell] = bitcast<f32>(greatest);
+}
+
+// A Gaussian blur of the maxima: a cell an invocation.
+@compute @workgroup_size(64)
+fn blur(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let cell = i32(invocation.x);
+    let cells = i32(axis.cells);
+    if cell >= cells {
+        return;
+    }
+    let reach = min(i32(ceil(3.0 * axis.blur_sigma)), cells);
+    var sum = 0.0;
+    var weight = 0.0;
+    for (var place = max(cell - reach, 0); place <= min(cell + reach, cells - 1); place += 1) {
+        let offset = f32(place - cell) / axis.blur_sigma;
+        let w = exp(-0.5 * offset * offset);
+        sum += w * collapsed[place];
+        weight += w;
+    }
+    blurred[cell] = sum / weight;
+}
+
+// One invocation: there is one function.
+@compute @workgroup_size(1)
+fn function_of_maxima() {
+    let axis = axis_uniform;
+    var total = 0.0;
+    for (var cell = 0u; cell < axis.cells; cell += 1u) {
+        warp_table[axis.forward + cell] = total;
+        total += blurred[cell];
+    }
+    for (var cell = 0u; cell < axis.cells; cell += 1u) {
+        let identity = f32(cell) / f32(axis.cells);
+        let sum = warp_table[axis.forward + cell];
+        warp_table[axis.forward + cell] = select(sum / total, identity, total == 0.0);
+    }
+    warp_table[axis.forward + axis.cells] = 1.0;
+}
+
+// ---- both ----
+
+// Inverses at the centres of texels: a function an invocation, which walks both lists once.
+@compute @workgroup_size(8)
+fn invert(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let index = invocation.x;
+    if index >= axis.functions {
+        return;
+    }
+    let forward = axis.forward + index * (axis.cells + 1u);
+    let inverse = axis.inverse + index * axis.texels;
+    var cell = 0u;
+    var a = warp_table[forward];
+    var b = warp_table[forward + 1u];
+    var texel = 0u;
+    while texel < axis.texels {
+        let target_value = (f32(texel) + 0.5) / f32(axis.texels);
+        if b < target_value && cell + 1u < axis.cells {
+            cell += 1u;
+            a = b;
+            b = warp_table[forward + cell + 1u];
+        } else {
+            let part = clamp((target_value - a) / max(b - a, 1e-30), 0.0, 1.0);
+            warp_table[inverse + texel] = (f32(cell) + part) / f32(axis.cells);
+            texel += 1u;
+        }
+    }
+}
+
+// Least and greatest values of blocks of functions: a boundary of a block an invocation.
+@compute @workgroup_size(64)
+fn envelope(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let boundary = invocation.x;
+    if boundary > axis.cells {
+        return;
+    }
+    let block = invocation.y;
+    var least = 1.0;
+    var greatest = 0.0;
+    for (var i = block * BLOCK; i < min((block + 1u) * BLOCK, axis.functions); i += 1u) {
+        let value = warp_table[axis.forward + i * (axis.cells + 1u) + boundary];
+        least = min(least, value);
+        greatest = max(greatest, value);
+    }
+    warp_table[axis.least + block * (axis.cells + 1u) + boundary] = least;
+    warp_table[axis.greatest + block * (axis.cells + 1u) + boundary] = greatest;
+}
