@@ -41,8 +41,8 @@ def test_names_and_objects():
 @pytest.mark.parametrize(
     ("method", "error", "words"),
     [
-        ("unifrom", ValueError, "one of 'uniform', 'desired_view', got 'unifrom'"),
-        ("", ValueError, "one of 'uniform', 'desired_view', got ''"),
+        ("unifrom", ValueError, "one of 'uniform', 'desired_view', 'rtw', 'notw', got 'unifrom'"),
+        ("", ValueError, "one of 'uniform', 'desired_view', 'rtw', 'notw', got ''"),
         ("uniform+wrap", ValueError, "where 'wrap' is unknown"),
         ("uniform+desired_view", ValueError, "joins what cannot be joined; known: 'uniform'"),
         (lx.Uniform, TypeError, r"got the class itself"),

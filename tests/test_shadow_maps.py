@@ -11,6 +11,8 @@ from views import HEIGHT, WIDTH, small
 import lixel as lx
 
 METHODS = list(lx.METHODS.values())
+# Those whose texels lie where the light matrix puts them.
+LINEAR = [lx.Uniform, lx.DesiredView]
 
 
 def turn(seed: int) -> np.ndarray:
@@ -47,27 +49,45 @@ def test_a_texel_holds_the_nearest_depth_on_the_ray_through_its_centre(name, met
     camera = next(iter(small(name).cameras.values())).resized(WIDTH, HEIGHT)
     frame = lx.render(scene, camera, scene.lights["default"], method(resolution=resolution))
     assert frame.shadow_map.shape == (1, resolution, resolution)
-    nearest, farthest = cast_texels(scene, frame.light_matrix[0], resolution)
+    nearest, farthest = cast_texels(scene, frame.light_matrix[0], linear_texels(frame))
     depth = frame.shadow_map[0]
     tolerance = 2.0**-20
-    assert (depth >= nearest - tolerance).all()
-    assert (depth <= farthest + tolerance).all()
+    is_wrong = (depth < nearest - tolerance) | (depth > farthest + tolerance)
+    # Where a warp's functions jump from row to row, float32 may take a texel for its neighbour's.
+    assert np.mean(is_wrong) <= (0.005 if len(frame.warp_map) else 0.0)
     # Few texels leave a choice, and what is there is neither empty nor full.
     assert np.mean(farthest - nearest > tolerance) < 0.03
     assert np.mean(depth < 1.0) > 0.05
 
 
+def linear_texels(frame: lx.Frame) -> np.ndarray:
+    """Where the centre of each texel, [row, column], lies in the map before any warp: (x, y)."""
+    height, width = frame.shadow_map.shape[1:]
+    x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
+    for along_x, along_y in frame.warp_map:
+        y = inverse(along_y, x, y)
+        x = inverse(along_x, y, x)
+    return np.stack([x * width, y * height], axis=-1)
+
+
+def inverse(functions: np.ndarray, place: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Where the function at `place` across has the value."""
+    count, boundaries = functions.shape
+    index = np.minimum((place * count).astype(int), count - 1)
+    ends = np.linspace(0, 1, boundaries)
+    found = [np.interp(v, functions[i], ends) for i, v in zip(index.flat, value.flat, strict=True)]
+    return np.reshape(found, value.shape)
+
+
 def cast_texels(
-    scene: lx.Scene, light_matrix: np.ndarray, resolution: int
+    scene: lx.Scene, light_matrix: np.ndarray, texels: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Nearest depth on the ray of each texel's centre, in float64 over all triangles: with
-    triangles a hair larger than they are, and a hair smaller. 1 where nothing is hit."""
+    """Nearest depth on the rays of `texels` (x, y), in float64 over all triangles: with triangles a
+    hair larger than they are, and a hair smaller. 1 where nothing is hit."""
     corners = scene.vertices[scene.faces]
     homogeneous = np.concatenate([corners, np.ones((*corners.shape[:2], 1))], axis=2)
     projected = homogeneous @ light_matrix.T
     a, b, c = np.moveaxis(projected[..., :3] / projected[..., 3:], 1, 0)
-    centre = np.arange(resolution) + 0.5
-    texels = np.stack(np.meshgrid(centre, centre), axis=-1)  # [row, column] = (x, y)
 
     def side(p, q):
         """Distance from the line through p and q in texels, positive on its left."""
@@ -76,7 +96,7 @@ def cast_texels(
         cross = edge[..., 0] * offset[..., 1] - edge[..., 1] * offset[..., 0]
         return cross / np.linalg.norm(edge, axis=-1)
 
-    nearest, farthest = (np.ones((resolution, resolution)) for _ in range(2))
+    nearest, farthest = (np.ones(texels.shape[:2]) for _ in range(2))
     area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     usable = np.abs(area) > 1e-12
     a, b, c, area = a[usable], b[usable], c[usable], area[usable]
@@ -103,7 +123,7 @@ def cast_texels(
     return nearest, farthest
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", LINEAR)
 def test_the_light_matrix_takes_lit_receivers_into_the_map(method, view):
     frame = lx.render(*view, method(resolution=256))
     truth = lx.reference(*view)
@@ -127,7 +147,7 @@ def test_desired_view_spends_its_texels_on_what_is_seen():
     """The same map over a smaller box has finer texels."""
     scene = small("colonnade")
     camera, light = scene.cameras["default"].resized(WIDTH, HEIGHT), scene.lights["default"]
-    uniform, fitted = (lx.render(scene, camera, light, method()) for method in METHODS)
+    uniform, fitted = (lx.render(scene, camera, light, method()) for method in LINEAR)
     assert uniform.max_effective_resolution == pytest.approx((1024, 1024), rel=1e-9)
     assert min(fitted.max_effective_resolution) > 1024
     assert np.nanmedian(fitted.aliasing_error) < np.nanmedian(uniform.aliasing_error)
@@ -227,7 +247,7 @@ def test_a_constant_bias_of_nothing_is_full_of_acne(method):
     vertices, faces = grid(1)
     scene = lx.Scene(vertices, faces)
     camera = lx.Camera.look_at((0.2, 1.5, 1.9), (0, 0, 0), yfov=1.0, width=WIDTH, height=HEIGHT)
-    chosen = method(resolution=64, bias="constant", constant_bias=0.0)
+    chosen = method(resolution=64, lookup="depth", bias="constant", constant_bias=0.0)
     visibility = lx.render_shadows(scene, camera, lx.DirectionalLight((1, -0.2, 0.3)), chosen)
     assert np.mean(visibility[~np.isnan(visibility)] == 0.0) > 0.2
 
@@ -277,9 +297,8 @@ def test_receivers_that_face_away_are_in_shadow_whatever_the_map_says():
     for eye in ((4, 5, 8), (8, 1, -6), (3, -4, 2)):
         camera = lx.Camera.look_at(eye, (0, 0.5, 0), yfov=0.9, width=WIDTH, height=HEIGHT)
         for method in METHODS:
-            frame = lx.render(
-                scene, camera, light, method(resolution=32, bias="constant", constant_bias=100.0)
-            )
+            chosen = method(resolution=32, lookup="depth", bias="constant", constant_bias=100.0)
+            frame = lx.render(scene, camera, light, chosen)
             away = frame.covered & ~frame.facing
             assert away.any()
             assert (frame.visibility[away] == 0.0).all()

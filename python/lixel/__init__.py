@@ -38,7 +38,15 @@ from .frame import Frame, render, render_shadows
 from .info import Info, info
 from .light import DirectionalLight, Light
 from .load import load
-from .methods import METHODS, DesiredView, Method, Uniform, method_from
+from .methods import (
+    METHODS,
+    DesiredView,
+    Method,
+    NonOrthogonalWarp,
+    RectilinearWarp,
+    Uniform,
+    method_from,
+)
 from .reference import Reference, reference
 from .scene import Scene
 
@@ -53,6 +61,8 @@ __all__ = [
     "Info",
     "Light",
     "Method",
+    "NonOrthogonalWarp",
+    "RectilinearWarp",
     "Reference",
     "Scene",
     "Uniform",

@@ -22,6 +22,8 @@ from .scene import Scene
 _OUTPUTS = (
     "visibility",
     "triangle_id",
+    "importance_map",
+    "warp_map",
     "shadow_map",
     "light_matrix",
     "aliasing_error",
@@ -43,10 +45,17 @@ class Frame(Receivers):
         Row of the scene's `faces`, -1 where no surface is seen.
     method : Method
         The method with its parameters.
+    importance_map : (layers, h, w) float32
+        What the warp was made from: the greatest importance in each cell (`RectilinearWarp`), or
+        the number of receivers (`NonOrthogonalWarp`). No layers where a method has none.
+    warp_map : (layers, 2, functions, cells + 1) float32
+        The warp's functions along x, one for each band of rows, and along y, one for each band of
+        columns: values in [0, 1] at the boundaries of cells, linear in between. No layers where a
+        method has none.
     shadow_map : (layers, h, w) float32
         Depth from the light in [0, 1], 1 where empty.
     light_matrix : (layers, 4, 4) float64
-        (column, row, depth, w) in texels of the map from a point in world space.
+        (column, row, depth, w) in texels of the map, before any warp, from a point in world space.
     aliasing_error : (H, W) float32
         The papers' m = w'_l / w'_i: the width of a texel over that of the pixel it falls in; above
         1 shadow edges turn into stairs. NaN where no surface is seen.
@@ -62,6 +71,8 @@ class Frame(Receivers):
     """
 
     method: Method
+    importance_map: npt.NDArray[np.float32]
+    warp_map: npt.NDArray[np.float32]
     shadow_map: npt.NDArray[np.float32]
     light_matrix: npt.NDArray[np.float64]
     aliasing_error: npt.NDArray[np.float32]

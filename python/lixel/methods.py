@@ -16,6 +16,20 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 from .arguments import count, real
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
+Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
+Importance: TypeAlias = Literal["desired_view", "distance", "normal", "distance*normal"]
+
+
+def _check_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
+
+
+def _check_not_negative(method: ShadowMapMethod, *parameters: str) -> None:
+    for parameter in parameters:
+        value = getattr(method, parameter)
+        if value is not None and not 0.0 <= value < math.inf:
+            raise ValueError(f"{parameter} must be finite and not negative, got {value}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +40,15 @@ class ShadowMapMethod:
     ----------
     resolution : int
         Texels along each side of the map.
+    lookup : {"auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"}
+        How a receiver is compared with the map.
+
+        - ``"depth"``: with the depth in its texel.
+        - ``"triangle"``: the receiver's own light ray is tested against the triangles stored in the
+          3 x 3 texels around it (or in one, or in 5 x 5). There is no false shadow; a caster that
+          none of these texels saw is missed, as many are where triangles are smaller than texels.
+        - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if at least seven of the nine
+          depth tests there say so, which finds casters smaller than a texel.
     bias : {"auto", "constant", "slope", "receiver_plane"}
         How far a receiver may lie behind the depth of its texel and still be lit.
 
@@ -34,8 +57,8 @@ class ShadowMapMethod:
           the receiver against the light.
         - ``"receiver_plane"``: the receiver's plane is evaluated on the texel's own ray, so that a
           plane never shadows itself; `constant_bias` on top.
-        - ``"auto"``: the receiver's plane, and a bound of the rounding errors; `constant_bias` and
-          `slope_bias` are not read.
+        - ``"auto"``: the receiver's plane, the width of a texel and a bound of the rounding errors;
+          `constant_bias` and `slope_bias` are not read.
     constant_bias : float, optional
         In world units along the light's ray. None: the width of one texel for ``"constant"``, 0 for
         the others.
@@ -53,22 +76,19 @@ class ShadowMapMethod:
     name: ClassVar[str]
 
     resolution: int = 1024
+    lookup: Lookup = "auto"
     bias: Bias = "auto"
     constant_bias: float | None = None
     slope_bias: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "resolution", count("resolution", self.resolution, "texels"))
-        if self.bias not in get_args(Bias):
-            known = ", ".join(map(repr, get_args(Bias)))
-            raise ValueError(f"bias must be one of {known}, got {self.bias!r}")
+        _check_choice("lookup", self.lookup, get_args(Lookup))
+        _check_choice("bias", self.bias, get_args(Bias))
         if self.constant_bias is not None:
             object.__setattr__(self, "constant_bias", real("constant_bias", self.constant_bias))
         object.__setattr__(self, "slope_bias", real("slope_bias", self.slope_bias))
-        for parameter in ("constant_bias", "slope_bias"):
-            value = getattr(self, parameter)
-            if value is not None and not 0.0 <= value < math.inf:
-                raise ValueError(f"{parameter} must be finite and not negative, got {value}")
+        _check_not_negative(self, "constant_bias", "slope_bias")
 
     def parameters(self) -> dict[str, Any]:
         """Every parameter by name."""
@@ -138,7 +158,114 @@ class DesiredView(ShadowMapMethod):
     name: ClassVar[str] = "desired_view"
 
 
-Method: TypeAlias = Uniform | DesiredView
+@dataclass(frozen=True, kw_only=True)
+class RectilinearWarp(ShadowMapMethod):
+    """The desired view's map with its rows and columns moved apart where it matters.
+
+    An importance map over the desired view's map takes, in each cell, the greatest importance of
+    the receivers in it. The maxima of its rows and of its columns, blurred, share out the texels:
+
+    .. math:: x' = \\sum_{j < k} I_j / \\sum_{j} I_j \\quad \\text{at the boundary of cell } k
+
+    (Eq. 1), linear in between. Rasterization is exact: each texel takes its own light ray.
+
+    Limits: what is important in one row makes the columns that it spans important in every row.
+
+    Parameters
+    ----------
+    importance : {"desired_view", "distance", "normal", "distance*normal"}
+        Rosen's functions, by backward analysis: 1 for every receiver (5.1), one over its distance
+        along the viewing direction (5.2), the surface normal (5.4), or a product.
+    importance_resolution : int
+        Cells along each side of the importance map.
+    blur : float
+        Standard deviation of the Gaussian blur of the maxima, in cells.
+    normal_bonus : float
+        Rosen's beta, for the surface normal.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012.
+
+    Examples
+    --------
+    >>> RectilinearWarp(importance="distance*normal").normal_bonus
+    2.0
+    """
+
+    name: ClassVar[str] = "rtw"
+
+    importance: Importance = "distance"
+    importance_resolution: int = 512
+    blur: float = 3.0
+    normal_bonus: float = 2.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("importance", self.importance, get_args(Importance))
+        cells = count("importance_resolution", self.importance_resolution, "cells")
+        object.__setattr__(self, "importance_resolution", cells)
+        for parameter in ("blur", "normal_bonus"):
+            object.__setattr__(self, parameter, real(parameter, getattr(self, parameter)))
+        _check_not_negative(self, "blur", "normal_bonus")
+
+
+@dataclass(frozen=True, kw_only=True)
+class NonOrthogonalWarp(ShadowMapMethod):
+    """The desired view's map with the receivers spread evenly over its texels.
+
+    The receivers are counted in cells of the desired view's map. Each row gets a function of its
+    own that equalizes its histogram, from the prefix sums of its counts:
+
+    .. math:: x' = X_i(x) = g_i(x) / N_i
+
+    (Eq. 1-5). The receivers are counted again where the rows' functions put them, and each column
+    gets its function :math:`Y_j(y)` in the same way; :math:`i = \\lfloor y w \\rfloor`,
+    :math:`j = \\lfloor x' w \\rfloor` (Eq. 6). Rasterization is exact: each texel takes its own
+    light ray.
+
+    Limits: neighbouring functions differ, and where they differ much a texel's footprint is torn,
+    which costs accuracy that the even spread had won. The analysis and the rasterization take
+    longer than those of `RectilinearWarp`.
+
+    Parameters
+    ----------
+    importance_resolution : int
+        Functions along each axis, and cells of each.
+    smoothing : float, optional
+        Standard deviation, in functions, of the weighted average among neighbouring functions.
+        None: a sixteenth of `importance_resolution`.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    T. Milet, J. Navrátil, P. Zemčík, "An improved non-orthogonal texture warping for better shadow
+    rendering", WSCG 2015; J. Navrátil's doctoral thesis, chapter 5.
+
+    Examples
+    --------
+    >>> NonOrthogonalWarp(smoothing=8).smoothing
+    8.0
+    """
+
+    name: ClassVar[str] = "notw"
+
+    importance_resolution: int = 512
+    smoothing: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        cells = count("importance_resolution", self.importance_resolution, "cells")
+        object.__setattr__(self, "importance_resolution", cells)
+        if self.smoothing is not None:
+            object.__setattr__(self, "smoothing", real("smoothing", self.smoothing))
+        _check_not_negative(self, "smoothing")
+
+
+Method: TypeAlias = Uniform | DesiredView | RectilinearWarp | NonOrthogonalWarp
 
 METHODS: Mapping[str, type[Method]] = MappingProxyType(
     {method.name: method for method in get_args(Method)}
