@@ -72,7 +72,12 @@ fn is_in_shadow(
     var nearer = 0;
     var candidates = 0u;
     var bit = 1u;
+    // A triangle is tested once where it follows itself along the row or begins the row before.
+    var previous = NO_TRIANGLE;
+    var above = NO_TRIANGLE;
+    var first_of_row = NO_TRIANGLE;
     for (var y = -reach; y <= reach; y += 1) {
+        above = first_of_row;
         for (var x = -reach; x <= reach; x += 1) {
             let texel = middle + vec2<i32>(x, y);
             if all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
@@ -82,9 +87,12 @@ fn is_in_shadow(
                 let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
                 tests += 1;
                 nearer += i32(depth_from_z(projection, plane - bias) > stored.depth);
-                if stored.triangle != NO_TRIANGLE && stored.triangle != receiver.triangle {
+                let id = stored.triangle;
+                if id != NO_TRIANGLE && id != receiver.triangle && id != previous && id != above {
                     candidates |= bit;
                 }
+                previous = id;
+                first_of_row = select(first_of_row, id, x == -reach);
             }
             bit <<= 1u;
         }
