@@ -11,7 +11,6 @@
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
 use super::parallel_fit::{axes_at, fit_box, projected_box};
-use super::parameters::position_rounding;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light::Light;
@@ -41,15 +40,7 @@ impl ShadowMethod for DesiredView {
         let Some(projection) = fit_desired_view(view, self.map.resolution)? else {
             return view.all_in_shadow();
         };
-        let bias = self
-            .map
-            .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
-        let layer = view.shadow_map(projection, None, self.map.lookup)?;
-        let visibility = view.lookup(&layer, bias)?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![layer],
-        })
+        view.shadows(&self.map, projection, None, None)
     }
 }
 

@@ -13,7 +13,6 @@
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
 use super::desired_view::fit_desired_view;
-use super::parameters::position_rounding;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::importance_map::Importance;
@@ -61,7 +60,7 @@ impl ShadowMethod for NonOrthogonalWarp {
             return view.all_in_shadow();
         };
         let functions = self.importance_resolution;
-        let warp = WarpMap::new(view.recording(), functions, functions, resolution)?;
+        let warp = WarpMap::new(view.frame(), functions, functions, resolution)?;
         let mut importance = None;
         for axis in [Axis::X, Axis::Y] {
             let counted = match axis {
@@ -69,21 +68,12 @@ impl ShadowMethod for NonOrthogonalWarp {
                 Axis::Y => Importance::CountAlongY { functions },
             };
             let counts = view.importance_map(&projection, functions, counted, Some(&warp))?;
-            let frame = view.recording();
+            let frame = view.frame();
             warp.fit_counts(frame, axis, resolution, &counts.buffer, self.smoothing)?;
             importance.get_or_insert(counts);
         }
-        warp.finish(view.recording(), resolution);
+        warp.finish(view.frame(), resolution);
 
-        let bias = self
-            .map
-            .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
-        let mut layer = view.shadow_map(projection, Some(warp), self.map.lookup)?;
-        layer.importance = importance;
-        let visibility = view.lookup(&layer, bias)?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![layer],
-        })
+        view.shadows(&self.map, projection, Some(warp), importance)
     }
 }

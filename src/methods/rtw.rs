@@ -12,7 +12,6 @@
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
 use super::desired_view::fit_desired_view;
-use super::parameters::position_rounding;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::importance_map::{Factors, Importance};
@@ -73,24 +72,15 @@ impl ShadowMethod for RectilinearWarp {
             return view.all_in_shadow();
         };
         let cells = self.importance_resolution;
-        let warp = WarpMap::new(view.recording(), 1, cells, resolution)?;
+        let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
         let importance = Importance::Maximum(self.factors);
         let importance = view.importance_map(&projection, cells, importance, None)?;
-        let frame = view.recording();
+        let frame = view.frame();
         for axis in [Axis::X, Axis::Y] {
             warp.fit_maxima(frame, axis, resolution, &importance.buffer, self.blur)?;
         }
         warp.finish(frame, resolution);
 
-        let bias = self
-            .map
-            .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
-        let mut layer = view.shadow_map(projection, Some(warp), self.map.lookup)?;
-        layer.importance = Some(importance);
-        let visibility = view.lookup(&layer, bias)?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![layer],
-        })
+        view.shadows(&self.map, projection, Some(warp), Some(importance))
     }
 }

@@ -9,7 +9,6 @@
 //! Limits: a large scene leaves few texels to what is in view.
 
 use super::parallel_fit::{axes_at, bounds_of, fit_box};
-use super::parameters::position_rounding;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light::Light;
@@ -44,15 +43,7 @@ impl ShadowMethod for Uniform {
         let projection = fit_uniform(view.scene, view.camera.eye, direction, self.map.resolution);
         view.skip(receivers::LABEL);
 
-        let bias = self
-            .map
-            .depth_bias(&projection, position_rounding(&projection, view.camera.eye));
-        let layer = view.shadow_map(projection, None, self.map.lookup)?;
-        let visibility = view.lookup(&layer, bias)?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![layer],
-        })
+        view.shadows(&self.map, projection, None, None)
     }
 }
 

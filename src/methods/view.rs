@@ -1,5 +1,6 @@
 //! What a method sees of a frame, and what it gives back.
 
+use super::parameters::{MapParameters, position_rounding};
 use crate::camera::Camera;
 use crate::error::Result;
 use crate::gpu::frame::{Frame, Read, ReadResults};
@@ -112,6 +113,25 @@ impl<'a> View<'a> {
         })
     }
 
+    /// The last two steps of every method with one map: casters into it, receivers against it.
+    pub fn shadows(
+        &mut self,
+        map: &MapParameters,
+        projection: Projection,
+        warp: Option<WarpMap>,
+        importance: Option<ImportanceMap>,
+    ) -> Result<Recorded> {
+        let rounding = position_rounding(&projection, self.camera.eye);
+        let bias = map.depth_bias(&projection, rounding);
+        let mut layer = self.shadow_map(projection, warp, map.lookup)?;
+        layer.importance = importance;
+        let visibility = self.lookup(&layer, bias)?;
+        Ok(Recorded {
+            visibility,
+            layers: vec![layer],
+        })
+    }
+
     /// The importance of the cells of the map.
     pub fn importance_map(
         &mut self,
@@ -159,11 +179,6 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The frame that is being recorded.
-    pub(super) fn recording(&mut self) -> &mut Frame {
-        &mut self.frame
-    }
-
     /// Names a stage that this frame does not need.
     pub fn skip(&mut self, stage: &'static str) {
         self.skipped.push(stage);
@@ -174,6 +189,7 @@ impl<'a> View<'a> {
         self.pending.push((label, counters));
     }
 
+    /// The frame that is being recorded.
     pub(crate) fn frame(&mut self) -> &mut Frame {
         &mut self.frame
     }
