@@ -110,7 +110,10 @@ def test_a_scene_without_camera_is_seen_whole():
         (["render", "plane_and_box", "-o", "x.png", "--light", "1,2"], "x,y,z"),
         (["render", "plane_and_box", "-o", "x.png", "--light", "0,0,0"], "zero length"),
         (["render", "plane_and_box", "-o", "x.png", "--views", "missing.json"], "missing.json"),
-        (["bench", "--scene", "plane_and_box", "--repeats", "0"], "repeats"),
+        (["bench", "plane_and_box", "--repeats", "0"], "repeats"),
+        (["bench", "plane_and_box", "--peers", "--repeats", "0"], "repeats"),
+        (["bench", "plane_and_box", "city", "--peers"], "one scene"),
+        (["bench", "plane_and_box", "--set", "x=1"], "parameters must be among"),
     ],
 )
 def test_a_mistake_is_one_line(arguments, message, capfd):
@@ -209,17 +212,10 @@ def test_demo_writes_pictures(tmp_path, capfd):
     assert "misclassified" in capfd.readouterr().out
 
 
-def test_bench_tells_times_and_wrong_pixels(capfd):
-    assert cli.main(["bench", "--scene", "plane_and_box", *SMALL, "--repeats", "3"]) == 0
-    table = capfd.readouterr().out.splitlines()
-    assert table[1].split()[:4] == ["renderer", "ms,", "median", "least"]
-    assert table[3].startswith("lixel desired_view 2048 ")
-
-
 def test_bench_runs_the_peers_that_are_installed(view):
     scene, camera, light = view
     names = {name for name, (module, _) in bench.PEERS.items() if module == "embreex"}
-    rows = bench.run(scene, camera, light, lx.Uniform(), repeats=1, peers=True)
+    rows = bench.run(scene, camera, light, lx.Uniform(), repeats=1)
     assert names < {row["renderer"] for row in rows}
     for row in rows:
         assert row["frames"] == 1

@@ -49,6 +49,7 @@ from .methods import (
 )
 from .reference import Reference, reference
 from .scene import Scene
+from .study import study
 
 __all__ = [
     "METHODS",
@@ -75,6 +76,7 @@ __all__ = [
     "render",
     "render_shadows",
     "scenes",
+    "study",
 ]
 
 # Mesa's layer that picks a device for a display complains on stderr, for each device made, where

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import operator
 from typing import Any, SupportsIndex
 
@@ -66,6 +67,16 @@ def instance(name: str, value: object, *types: type) -> None:
     if not isinstance(value, types):
         wanted = " or ".join(f"lixel.{t.__name__}" for t in types)
         raise TypeError(f"{name} must be a {wanted}, got {type(value).__name__}")
+
+
+def needs(module: str, extra: str) -> Any:
+    """The module of an optional dependency; without it, an ImportError that says the remedy."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f"this needs the package {error.name}: pip install 'lixel[{extra}]'", name=error.name
+        ) from error
 
 
 def unit_vector(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:

@@ -44,7 +44,6 @@ def run(
     method: Method,
     *,
     repeats: int = 15,
-    peers: bool = True,
 ) -> list[dict[str, Any]]:
     """Time whole frames of a method and of every peer that is installed; print a table.
 
@@ -54,8 +53,6 @@ def run(
         As for `render_shadows`.
     repeats : int
         Timed frames of each renderer, at least 1; slow peers get fewer.
-    peers : bool
-        Whether to time others at all.
 
     Returns
     -------
@@ -68,7 +65,7 @@ def run(
     contenders = [
         _Contender(f"lixel {method.name} {method.resolution}", _lixel(scene, light, method))
     ]
-    for name, (module, prepare) in PEERS.items() if peers else ():
+    for name, (module, prepare) in PEERS.items():
         if importlib.util.find_spec(module) is None:
             say(f"left out: {name}, which needs the package {module}")
             continue
@@ -122,23 +119,28 @@ class _Views:
     """The camera again and again, each time moved by a hair and therefore new."""
 
     def __init__(self, scene: Scene, camera: Camera) -> None:
-        low, high = scene.bounds
-        self.camera = camera
-        self.step = 1e-6 * float(np.linalg.norm(high - low))
+        self.scene, self.camera = scene, camera
         self.random = np.random.default_rng(0)
 
     def next(self) -> Camera:
-        pose = self.camera.pose.copy()
-        pose[:3, 3] += self.step * self.random.standard_normal(3)
-        return Camera(
-            pose,
-            focal=self.camera.focal,
-            centre=self.camera.centre,
-            width=self.camera.width,
-            height=self.camera.height,
-            znear=self.camera.znear,
-            zfar=self.camera.zfar,
-        )
+        return moved_by_a_hair(self.camera, self.scene, self.random)
+
+
+def moved_by_a_hair(camera: Camera, scene: Scene, random: np.random.Generator) -> Camera:
+    """The camera a millionth of the scene's diagonal away: the same image, but nothing that was
+    kept for a camera serves."""
+    low, high = scene.bounds
+    pose = camera.pose.copy()
+    pose[:3, 3] += 1e-6 * float(np.linalg.norm(high - low)) * random.standard_normal(3)
+    return Camera(
+        pose,
+        focal=camera.focal,
+        centre=camera.centre,
+        width=camera.width,
+        height=camera.height,
+        znear=camera.znear,
+        zfar=camera.zfar,
+    )
 
 
 def _row(contender: _Contender, visibility: Visibility, truth: Reference) -> dict[str, Any]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import argparse
 import ast
+import contextlib
 import inspect
 import json
 import math
+import multiprocessing
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -27,6 +30,9 @@ from .load import FORMATS, load
 from .methods import METHODS, Method, method_from
 from .report import milliseconds, say, table
 from .scene import Scene
+from .study import SUN, check_table_path, see_all, study
+from .study import save as save_table
+from .study import summary as study_summary
 
 DESCRIPTION = "Hard shadows with research shadow-map methods on the GPU, and how wrong each one is."
 
@@ -62,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given = sys.argv[1:] if arguments is None else arguments
         options = _parser().parse_args(_with_vectors_joined(given))
         options.run(options)
-    except (ValueError, TypeError, OSError, DeviceError) as error:
+    except (ValueError, TypeError, OSError, ImportError, DeviceError) as error:
         # One line, whatever the message holds.
         say("lixel: error: " + " ".join(str(error).split()))
         return 2
@@ -134,15 +140,39 @@ def _parser() -> argparse.ArgumentParser:
     add.add_argument("--out", type=Path, default=Path("out"), metavar="FOLDER", help="default: out")
     add.add_argument("--size", type=_size, default=SIZE, metavar="WxH", help="default: 1920x1080")
 
-    add = command("bench", _bench, "Time whole frames, also side by side with other renderers.")
+    add = command(
+        "bench", _bench,
+        "Time methods and count their wrong pixels in one table, or time one beside its peers.",
+    )  # fmt: skip
     _add_scene(add, default=bench.SCENE)
-    add.add_argument("--method", default="desired_view", metavar="NAME", help=methods)
-    add.add_argument("--resolution", type=int, default=2048, metavar="N", help="default: 2048")
-    _add_parameters(add)
-    add.add_argument("--repeats", type=int, default=15, metavar="N", help="frames; default: 15")
+    add.add_argument(
+        "--all-views", action="store_true", help="every camera with every light, not the first only"
+    )
+    add.add_argument(
+        "--method", action="append", metavar="NAME",
+        help=f"{methods}; may be given more than once; default: all, for --peers desired_view",
+    )  # fmt: skip
+    add.add_argument(
+        "--resolution", action="append", type=int, metavar="N",
+        help="texels along a side of the map; may be given more than once; default: 512, 1024 and "
+        "2048, for --peers 2048",
+    )  # fmt: skip
+    _add_parameters(add, " with several values, joined by commas, each is taken in turn;")
+    add.add_argument(
+        "--repeats", type=int, metavar="N", help="timed frames; default: 5, for --peers 15"
+    )
     add.add_argument(
         "--peers", action="store_true",
-        help=f"also {', '.join(bench.PEERS)}, where they are installed",
+        help=f"one method beside {', '.join(bench.PEERS)}, where they are installed",
+    )  # fmt: skip
+    add.add_argument(
+        "--workers", type=int, metavar="N",
+        help="processes; they disturb each other's times, but not the counts of wrong pixels",
+    )  # fmt: skip
+    add.add_argument(
+        "-o", "--output", type=Path, metavar="FILE",
+        help="table with all that was measured, .csv or .parquet; FILE.jsonl beside it keeps every "
+        "sample, so that a command that was stopped goes on there",
     )  # fmt: skip
     return top
 
@@ -152,9 +182,7 @@ def _add_scene(add: argparse.ArgumentParser, default: str | None = None) -> None
     if default is None:
         add.add_argument("scene", metavar="FILE", help=text)
     else:
-        add.add_argument(
-            "--scene", default=default, metavar="FILE", help=f"{text}; default: {default}"
-        )
+        add.add_argument("scenes", nargs="*", metavar="FILE", help=f"{text}; default: {default}")
     add.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
     add.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
     add.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
@@ -164,10 +192,11 @@ def _add_scene(add: argparse.ArgumentParser, default: str | None = None) -> None
     )  # fmt: skip
 
 
-def _add_parameters(add: argparse.ArgumentParser) -> None:
+def _add_parameters(add: argparse.ArgumentParser, more: str = "") -> None:
     add.add_argument(
         "--set", dest="parameters", action="append", default=[], type=_parameter,
-        metavar="NAME=VALUE", help="another parameter of the method; may be given more than once",
+        metavar="NAME=VALUE",
+        help=f"another parameter of the method;{more} may be given more than once",
     )  # fmt: skip
 
 
@@ -206,8 +235,66 @@ def _demo(options: argparse.Namespace) -> None:
 
 
 def _bench(options: argparse.Namespace) -> None:
-    method = _make_method(options.method, options.resolution, options.parameters)
-    bench.run(*_view(options), method, repeats=options.repeats, peers=options.peers)
+    names = options.scenes or [bench.SCENE]
+    if options.peers:
+        _bench_peers(options, names)
+        return
+    if options.output is not None:
+        # Now, rather than after the work.
+        check_table_path("output", options.output)
+    cameras: dict[str, dict[str, Camera]] = {}
+    lights: dict[str, dict[str, Light]] = {}
+    for name in names:
+        scene, views = _scene_and_views(name, options.views)
+        label = Path(name).stem
+        if options.all_views:
+            cameras[label], lights[label] = views.cameras, views.lights
+        cameras[label] = cameras.get(label) or {
+            options.camera or "first": views.camera(options.camera, scene)
+        }
+        lights[label] = lights.get(label) or {options.light or "first": views.light(options.light)}
+    parameters = {
+        # The lookup=auto,depth of a command line is a text with a comma in it.
+        name: value.split(",") if isinstance(value, str) else np.atleast_1d(value).tolist()
+        for name, value in options.parameters
+    }
+    chosen = [method_from(name) for name in options.method or METHODS]
+    if options.resolution or any(hasattr(method, "resolution") for method in chosen):
+        parameters = {"resolution": options.resolution or [512, 1024, 2048], **parameters}
+    with contextlib.ExitStack() as stack:
+        executor = None
+        if options.workers is not None:
+            # A device does not survive a fork.
+            context = multiprocessing.get_context("spawn")
+            executor = stack.enter_context(ProcessPoolExecutor(options.workers, mp_context=context))
+        table_of_cases = study(
+            names,
+            cameras=cameras,
+            lights=lights,
+            methods=chosen,
+            parameters=parameters,
+            size=options.size,
+            repeats=5 if options.repeats is None else options.repeats,
+            journal=options.output and options.output.with_name(options.output.name + ".jsonl"),
+            executor=executor,
+        )
+    if options.output is not None:
+        save_table(table_of_cases, options.output)
+    print(table(study_summary(table_of_cases, parameters)))
+    if not table_of_cases.attrs["complete"]:
+        raise KeyboardInterrupt
+
+
+def _bench_peers(options: argparse.Namespace, names: Sequence[str]) -> None:
+    if len(names) > 1 or len(options.method or []) > 1 or len(options.resolution or []) > 1:
+        raise ValueError("--peers must have one scene, one method and one resolution")
+    options.scene = names[0]
+    method = _make_method(
+        (options.method or ["desired_view"])[0],
+        (options.resolution or [2048])[0],
+        options.parameters,
+    )
+    bench.run(*_view(options), method, repeats=15 if options.repeats is None else options.repeats)
 
 
 # --- What the arguments mean ---
@@ -254,9 +341,16 @@ def _built_in_scenes() -> dict[str, Callable[[], Scene]]:
 
 def _view(options: argparse.Namespace) -> tuple[Scene, Camera, Light]:
     """The scene, camera and light that the arguments name."""
+    scene, views = _scene_and_views(options.scene, options.views)
+    camera = views.camera(options.camera, scene)
+    if options.size is not None:
+        camera = camera.resized(*options.size)
+    return scene, camera, views.light(options.light)
+
+
+def _scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
     known = _built_in_scenes()
-    name = options.scene
-    views = None if options.views is None else Views.read(options.views, Path(name).name)
+    views = None if file is None else Views.read(file, Path(name).name)
     if name in known:
         scene = known[name]()
     elif Path(name).suffix or Path(name).exists():
@@ -266,12 +360,7 @@ def _view(options: argparse.Namespace) -> tuple[Scene, Camera, Light]:
             f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(known)}, "
             f"got {name!r}"
         )
-    if views is None:
-        views = Views(dict(scene.cameras), dict(scene.lights))
-    camera = views.camera(options.camera, scene)
-    if options.size is not None:
-        camera = camera.resized(*options.size)
-    return scene, camera, views.light(options.light)
+    return scene, views or Views(dict(scene.cameras), dict(scene.lights))
 
 
 @dataclass(frozen=True)
@@ -345,22 +434,12 @@ class Views:
     def light(self, text: str | None) -> Light:
         """The light of a name, an index or a direction; a suitable one for None."""
         if text is None:
-            return next(iter(self.lights.values()), None) or DirectionalLight((0.4, -0.8, -0.45))
+            return next(iter(self.lights.values()), None) or DirectionalLight(SUN)
         if "," in text:
             return DirectionalLight(_point("light", text))
         if text in self.unsupported:
             raise ValueError(f"light must be directional, got {text}, a {self.unsupported[text]}")
         return _pick("light", text, self.lights)
-
-
-def see_all(scene: Scene) -> Camera:
-    """A camera that looks down at the scene's box, all of it in view."""
-    low, high = scene.bounds
-    centre, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    yfov = 0.8
-    away = np.array((0.5, 0.45, 0.75))
-    eye = centre + away / np.linalg.norm(away) * (radius or 1.0) / math.sin(yfov / 2)
-    return Camera.look_at(eye, centre, yfov=yfov, width=SIZE[0], height=SIZE[1])
 
 
 def _pick(what: str, text: str, known: Mapping[str, Value]) -> Value:

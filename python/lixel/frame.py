@@ -167,7 +167,7 @@ def render_shadows(
         No adapter, or the adapter lacks what the method needs; the message says the remedy.
     """
     visibility: npt.NDArray[np.float32]
-    _, results = _run(scene, camera, light, method, ("visibility",))
+    _, results = render_outputs(scene, camera, light, method, ("visibility",))
     visibility = results["visibility"]
     return visibility
 
@@ -191,13 +191,14 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    chosen, results = _run(scene, camera, light, method, _OUTPUTS)
+    chosen, results = render_outputs(scene, camera, light, method, _OUTPUTS)
     return Frame(scene=scene, camera=camera, light=light, method=chosen, **results)
 
 
-def _run(
+def render_outputs(
     scene: Scene, camera: Camera, light: Light, method: str | Method, outputs: Sequence[str]
 ) -> tuple[Method, dict[str, Any]]:
+    """The method, and by name the outputs, timings, statistics and adapter of one frame."""
     check_view(scene, camera, light)
     chosen = method_from(method)
     results = _core.render(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
@@ -44,21 +44,33 @@ def milliseconds(timings: Mapping[str, float]) -> str:
     return ", ".join(f"{name} {ms:.2f}" for name, ms in timings.items()) or "-"
 
 
-def progress(items: Sequence[Item], label: str) -> Iterator[Item]:
-    """The items, with progress on stderr: a bar where tqdm is installed, else a line for each."""
+def progress(
+    items: Iterable[Item], label: str, total: int | None = None, done: int = 0
+) -> Iterator[Item]:
+    """The items, with progress on stderr: a bar where tqdm is installed, else a line, no more than
+    one a second.
+
+    Of `total` items (None: as many as there are) `done` were done before.
+    """
+    if total is None:
+        items = list(items)
+        total = len(items)
     try:
         from tqdm import tqdm
     except ImportError:
-        start = time.perf_counter()
-        for number, item in enumerate(items, 1):
-            print(
-                f"{label}: {number} of {len(items)}, {time.perf_counter() - start:.0f} s",
-                file=sys.stderr,
-                flush=True,
-            )
+        start = last = time.perf_counter()
+        for number, item in enumerate(items, done + 1):
+            now = time.perf_counter()
+            if number == total or now - last > 1.0 or last == start:
+                print(
+                    f"{label}: {number} of {total}, {now - start:.0f} s",
+                    file=sys.stderr,
+                    flush=True,
+                )
+                last = now
             yield item
     else:
-        yield from tqdm(items, desc=label, leave=False)
+        yield from tqdm(items, desc=label, total=total, initial=done, leave=False)
 
 
 def say(text: str) -> None:
