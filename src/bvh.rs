@@ -10,6 +10,7 @@
 //! by the caller's margin (after Ize, "Robust BVH ray traversal", 2013).
 
 use crate::scene::Scene;
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2, bvh2::node::Bvh2Node};
 use rayon::prelude::*;
@@ -47,9 +48,22 @@ pub struct Bvh {
     half_size: f64,
 }
 
+/// A node of a hierarchy that is walked without a stack, as in `shaders/shadow_rays.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct ThreadedNode {
+    least: [f32; 3],
+    next: u32,
+    greatest: [f32; 3],
+    /// Index of the first triangle times 16 plus their number; 0 for an inner node.
+    leaf: u32,
+}
+
+const LEAF_SHIFT: u32 = 4;
+
 /// Covers the float32 errors of the walk: all numbers that matter are below 4 and go through a
 /// handful of roundings of 2^-24 each.
-const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
+pub const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
 impl Bvh {
     pub fn new(scene: &Scene) -> Self {
@@ -95,6 +109,53 @@ impl Bvh {
             centre,
             half_size,
         }
+    }
+}
+
+impl Bvh {
+    /// Boxes are `(world - centre) / half_size`.
+    pub fn centre(&self) -> DVec3 {
+        self.centre
+    }
+
+    pub fn half_size(&self) -> f64 {
+        self.half_size
+    }
+
+    /// Nodes in depth-first order, each with the index of the one to go on with where its box is missed,
+    /// and the triangles in the order of the leaves.
+    pub fn threaded(&self) -> (Vec<ThreadedNode>, &[u32]) {
+        let mut threaded: Vec<ThreadedNode> = Vec::with_capacity(self.nodes.len());
+        // Nodes to come, and the inner nodes whose last child they are.
+        enum Step {
+            Enter(u32),
+            Close(usize),
+        }
+        let mut stack = Vec::new();
+        if !self.nodes.is_empty() {
+            stack.push(Step::Enter(0));
+        }
+        while let Some(step) = stack.pop() {
+            match step {
+                Step::Close(index) => threaded[index].next = threaded.len() as u32,
+                Step::Enter(index) => {
+                    let node = &self.nodes[index as usize];
+                    stack.push(Step::Close(threaded.len()));
+                    threaded.push(ThreadedNode {
+                        least: node.aabb.min.into(),
+                        next: 0,
+                        greatest: node.aabb.max.into(),
+                        leaf: (node.first_index << LEAF_SHIFT) * node.prim_count.min(1)
+                            + node.prim_count,
+                    });
+                    if node.prim_count == 0 {
+                        stack.push(Step::Enter(node.first_index + 1));
+                        stack.push(Step::Enter(node.first_index));
+                    }
+                }
+            }
+        }
+        (threaded, &self.triangles)
     }
 }
 

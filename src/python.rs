@@ -498,6 +498,13 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         pass.set_item("coarse_tiles", counters.coarse_tiles)?;
         result.set_item(label, pass)?;
     }
+    for (label, facts) in &stats.facts {
+        let pass = PyDict::new(py);
+        for (name, value) in facts {
+            pass.set_item(name, value)?;
+        }
+        result.set_item(label, pass)?;
+    }
     if let Some((seen, facing)) = stats.receivers {
         result.set_item("covered_pixels", seen)?;
         result.set_item("facing_pixels", facing)?;

@@ -9,7 +9,7 @@ use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
 use crate::methods::{Method, Recorded, View};
 use crate::passes::rasterize::{Counters, Target, had_room};
-use crate::passes::{Inputs, shadow_map, visibility};
+use crate::passes::{Facts, Inputs, shadow_map, visibility};
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::warp::Warp;
@@ -50,6 +50,8 @@ pub struct Stats {
     pub degenerate_triangles: usize,
     /// Of each rasterized map, by the label of its pass.
     pub rasterized: Vec<(&'static str, Counters)>,
+    /// Of other passes, by their labels.
+    pub facts: Vec<(&'static str, Facts)>,
     /// (pixels that see a surface, pixels whose surface faces the light), where a method counts them.
     pub receivers: Option<(u32, u32)>,
     /// Stages that this frame did not need.
@@ -256,6 +258,7 @@ fn try_render(
             triangles: scene.triangles().len(),
             degenerate_triangles: scene.degenerate_count(),
             rasterized: finished.counters,
+            facts: finished.facts,
             receivers: finished.bounds.map(|bounds| (bounds.seen, bounds.facing)),
             skipped: finished.skipped,
             layers: projections.len(),

@@ -192,7 +192,7 @@ def test_compare_judges_every_method_and_writes_red_pictures(tmp_path, capfd):
     assert cli.main([*arguments, "-o", str(tmp_path / "red")]) == 0
     table = capfd.readouterr().out.splitlines()
     assert table[0].split()[:2] == ["method", "resolution"]
-    names = [(name, n) for name in lx.METHODS for n in ("64", "512")]
+    names = [(name, n) for name in lx.methods.MAP_METHODS for n in ("64", "512")]
     assert [tuple(line.split()[:2]) for line in table[2:]] == names
     written = {path.name for path in (tmp_path / "red").iterdir()}
     assert written == {f"{name}-{n}.png" for name, n in names}

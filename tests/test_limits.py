@@ -12,7 +12,7 @@ import pytest
 import lixel as lx
 from lixel import _core
 
-METHODS = list(lx.METHODS.values())
+METHODS = list(lx.methods.MAP_METHODS.values())
 
 
 @pytest.mark.parametrize("method", METHODS)

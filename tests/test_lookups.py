@@ -22,30 +22,32 @@ def judged(request):
 
 
 @pytest.mark.parametrize("lookup", ["triangle_1x1", "triangle", "triangle_5x5"])
-@pytest.mark.parametrize("method", lx.METHODS)
+@pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_triangle_lookup_has_no_false_shadow(judged, method, lookup):
     *view, truth = judged
     for resolution in (64, 512):
-        chosen = lx.METHODS[method](lookup=lookup, resolution=resolution)
+        chosen = lx.methods.MAP_METHODS[method](lookup=lookup, resolution=resolution)
         assert lx.compare(lx.render(*view, chosen), truth).false_shadow_count == 0
 
 
-@pytest.mark.parametrize("method", lx.METHODS)
+@pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_more_texels_miss_less(judged, method):
     *view, truth = judged
     wrong = [
-        lx.compare(lx.render(*view, lx.METHODS[method](lookup=lookup)), truth).misclassified_count
+        lx.compare(
+            lx.render(*view, lx.methods.MAP_METHODS[method](lookup=lookup)), truth
+        ).misclassified_count
         for lookup in ("triangle_1x1", "triangle", "triangle_5x5")
     ]
     assert wrong[0] >= wrong[1] >= wrong[2]
 
 
-@pytest.mark.parametrize("method", lx.METHODS)
+@pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_auto_is_as_good_as_the_better_one(judged, method):
     *view, truth = judged
     wrong = {
         lookup: lx.compare(
-            lx.render(*view, lx.METHODS[method](lookup=lookup)), truth
+            lx.render(*view, lx.methods.MAP_METHODS[method](lookup=lookup)), truth
         ).misclassified_count
         for lookup in ("auto", "depth", "triangle")
     }

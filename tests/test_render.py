@@ -12,7 +12,7 @@ from views import HEIGHT, WIDTH, cameras, small
 
 import lixel as lx
 
-METHODS = list(lx.METHODS.values())
+METHODS = list(lx.methods.MAP_METHODS.values())
 ARRAYS = ("visibility", "triangle_id", "shadow_map", "light_matrix", "aliasing_error")
 
 

@@ -10,7 +10,7 @@ from views import HEIGHT, WIDTH, small
 
 import lixel as lx
 
-METHODS = list(lx.METHODS.values())
+METHODS = list(lx.methods.MAP_METHODS.values())
 # Those whose texels lie where the light matrix puts them.
 LINEAR = [lx.Uniform, lx.DesiredView]
 

@@ -123,7 +123,7 @@ def test_warps_show_in_the_measures(view, method):
     assert np.median(frame.aliasing_error[seen]) < np.median(plain.aliasing_error[seen])
 
 
-@pytest.mark.parametrize("method", lx.METHODS)
+@pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_nothing_to_warp(view, method):
     """Every receiver faces away: no layer, no importance, no warp."""
     scene = lx.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

@@ -63,7 +63,10 @@ def run(
     if repeats < 1:
         raise ValueError(f"repeats must be at least 1, got {repeats}")
     contenders = [
-        _Contender(f"lixel {method.name} {method.resolution}", _lixel(scene, light, method))
+        _Contender(
+            f"lixel {method.name} {method.map_resolution or ''}".rstrip(),
+            _lixel(scene, light, method),
+        )
     ]
     for name, (module, prepare) in PEERS.items():
         if importlib.util.find_spec(module) is None:

@@ -27,7 +27,7 @@ from .frame import render as render_frame
 from .info import info as device_info
 from .light import DirectionalLight, Light
 from .load import FORMATS, load
-from .methods import METHODS, Method, method_from
+from .methods import MAP_METHODS, METHODS, Method, method_from
 from .report import milliseconds, say, table
 from .scene import Scene
 from .study import SUN, check_table_path, see_all, study
@@ -216,7 +216,7 @@ def _render(options: argparse.Namespace) -> None:
 def _compare(options: argparse.Namespace) -> None:
     methods = [
         _make_method(name, resolution, options.parameters)
-        for name in options.method or METHODS
+        for name in options.method or MAP_METHODS
         for resolution in options.resolution or [None]
     ]
     rows = demo.judge(*_view(options), methods, options.output)

@@ -11,7 +11,7 @@ from .camera import Camera
 from .compare import compare
 from .frame import render
 from .light import Light
-from .methods import METHODS, Method
+from .methods import MAP_METHODS, Method
 from .reference import reference
 from .report import milliseconds, progress, say, table
 from .scene import Scene
@@ -38,7 +38,9 @@ def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     camera, light = scene.cameras["default"].resized(width, height), scene.lights["default"]
     say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
     methods = [
-        method(resolution=resolution) for method in METHODS.values() for resolution in RESOLUTIONS
+        method(resolution=resolution)
+        for method in MAP_METHODS.values()
+        for resolution in RESOLUTIONS
     ]
     rows = judge(scene, camera, light, methods, folder)
     frame = render(scene, camera, light, methods[-1])
@@ -89,15 +91,16 @@ def judge(
     truth = reference(scene, camera, light)
     rows = []
     for frame in frames:
-        name, resolution = frame.method.name, frame.method.resolution
+        name, resolution = frame.method.name, frame.method.map_resolution
         timings = {**shared, **frame.timings}
         judged = compare(frame, truth)
         if folder is not None:
-            display.save(folder / f"{name}-{resolution}.png", judged.picture(), frame.visibility)
+            size = "" if resolution is None else f"-{resolution}"
+            display.save(folder / f"{name}{size}.png", judged.picture(), frame.visibility)
         rows.append(
             {
                 "method": name,
-                "resolution": resolution,
+                "resolution": "" if resolution is None else resolution,
                 "GPU ms": sum(timings.values()),
                 "misclassified": judged.misclassified_count,
                 "% of covered": 100.0 * judged.rate_covered,

@@ -25,7 +25,7 @@ def _check_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
         raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
 
 
-def _check_not_negative(method: ShadowMapMethod, *parameters: str) -> None:
+def _check_not_negative(method: ShadowMethod, *parameters: str) -> None:
     for parameter in parameters:
         value = getattr(method, parameter)
         if value is not None and not 0.0 <= value < math.inf:
@@ -33,7 +33,23 @@ def _check_not_negative(method: ShadowMapMethod, *parameters: str) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShadowMapMethod:
+class ShadowMethod:
+    """What all methods share."""
+
+    name: ClassVar[str]
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return dataclasses.asdict(self)
+
+    @property
+    def map_resolution(self) -> int | None:
+        """Texels along each side of the map, None where a method has no map."""
+        return self.parameters().get("resolution")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShadowMapMethod(ShadowMethod):
     """What the methods share that look up a depth in a shadow map.
 
     Parameters
@@ -73,8 +89,6 @@ class ShadowMapMethod:
         A value out of range; the message names the parameter, the rule and the value.
     """
 
-    name: ClassVar[str]
-
     resolution: int = 1024
     lookup: Lookup = "auto"
     bias: Bias = "auto"
@@ -89,10 +103,6 @@ class ShadowMapMethod:
             object.__setattr__(self, "constant_bias", real("constant_bias", self.constant_bias))
         object.__setattr__(self, "slope_bias", real("slope_bias", self.slope_bias))
         _check_not_negative(self, "constant_bias", "slope_bias")
-
-    def parameters(self) -> dict[str, Any]:
-        """Every parameter by name."""
-        return dataclasses.asdict(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,12 +275,50 @@ class NonOrthogonalWarp(ShadowMapMethod):
         _check_not_negative(self, "smoothing")
 
 
-Method: TypeAlias = Uniform | DesiredView | RectilinearWarp | NonOrthogonalWarp
+@dataclass(frozen=True, kw_only=True)
+class RayTraced(ShadowMethod):
+    """A ray from every receiver towards the light, through a bounding volume hierarchy.
+
+    A receiver ``p`` with the unit vector ``d`` towards the light is in shadow where a triangle
+    other than its own meets the ray
+
+    .. math:: p + t d, \\quad 0 < t < t_{light}
+
+    Positions are relative to the eye in float32; edges take in what their rounding may hide, and a
+    triangle counts only where it is beyond the rounding of the receiver. No pixel is known to
+    differ from `reference` but its ties.
+
+    Limits: the hierarchy is built on the CPU when the scene is new or its vertices have moved,
+    which then is most of the frame. A ray that meets 65,000 boxes and triangles or more is a
+    `DeviceError`.
+
+    References
+    ----------
+    B. Smits, "Efficiency issues for ray tracing", Journal of Graphics Tools 3(2), 1998; S. Woop,
+    C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer Graphics
+    Techniques 2(1), 2013.
+
+    Examples
+    --------
+    >>> RayTraced().parameters()
+    {}
+    """
+
+    name: ClassVar[str] = "ray_traced"
+
+
+MapMethod: TypeAlias = Uniform | DesiredView | RectilinearWarp | NonOrthogonalWarp
+Method: TypeAlias = MapMethod | RayTraced
 
 METHODS: Mapping[str, type[Method]] = MappingProxyType(
     {method.name: method for method in get_args(Method)}
 )
 """Every method by name."""
+
+MAP_METHODS: Mapping[str, type[MapMethod]] = MappingProxyType(
+    {method.name: method for method in get_args(MapMethod)}
+)
+"""Those that look up a shadow map, by name."""
 
 
 def method_from(method: str | Method) -> Method:
@@ -291,7 +339,7 @@ def method_from(method: str | Method) -> Method:
     if isinstance(method, Method):
         return method
     known = ", ".join(repr(name) for name in METHODS)
-    if isinstance(method, type) and issubclass(method, ShadowMapMethod):
+    if isinstance(method, type) and issubclass(method, ShadowMethod):
         raise TypeError(f"method must be an object, {method.__name__}(), got the class itself")
     if not isinstance(method, str):
         raise TypeError(

@@ -1,12 +1,13 @@
 //! The scene on the device.
 
-use super::Gpu;
+use super::{Gpu, lock};
+use crate::bvh::Bvh;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// Triangles as the shaders read them, see `shaders/lib/triangles.wgsl`.
 pub struct SceneTables {
@@ -15,11 +16,50 @@ pub struct SceneTables {
     /// One zero where `has_low_parts` is false.
     pub positions_low: wgpu::TextureView,
     pub has_low_parts: bool,
+    /// With the triangle's longest edge as the fourth component.
     pub unit_normals: wgpu::TextureView,
     /// Positions are relative to this point.
     pub origin: DVec3,
     pub triangle_count: u32,
     pub generation: u64,
+    hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
+}
+
+/// The search structure of the scene's triangles as `shaders/shadow_rays.wgsl` walks it.
+pub struct HierarchyTables {
+    pub nodes: wgpu::TextureView,
+    pub leaf_triangles: wgpu::TextureView,
+    pub node_count: u32,
+    /// Boxes are `(world - centre) / half_size`.
+    pub centre: DVec3,
+    pub half_size: f64,
+}
+
+impl HierarchyTables {
+    fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
+        let bvh = Bvh::new(scene);
+        let (nodes, order) = bvh.threaded();
+        let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
+        let leaf_triangles: Vec<UVec4> = order
+            .par_iter()
+            .map(|&t| {
+                let [a, b, c] = scene.triangles()[t as usize];
+                UVec4::new(a, b, c, t)
+            })
+            .collect();
+        let new = |what, count: usize| new_table(gpu, what, whole_numbers, count.max(1));
+        let tables = Self {
+            nodes: new("boxes", 2 * nodes.len())?,
+            leaf_triangles: new("leaves", leaf_triangles.len())?,
+            node_count: nodes.len() as u32,
+            centre: bvh.centre(),
+            half_size: bvh.half_size(),
+        };
+        let halves: &[UVec4] = bytemuck::cast_slice(&nodes);
+        write_table(gpu, &tables.nodes, halves.to_vec());
+        write_table(gpu, &tables.leaf_triangles, leaf_triangles);
+        Ok(tables)
+    }
 }
 
 /// Elements in a row of a table, as in `shaders/lib/tables.wgsl`.
@@ -41,6 +81,7 @@ impl SceneTables {
             origin,
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
+            hierarchy: Mutex::default(),
         };
         tables.write(gpu, scene, high, low);
         Ok(tables)
@@ -57,18 +98,31 @@ impl SceneTables {
         self.write(gpu, scene, high, low);
         self.origin = origin;
         self.generation = scene.generation();
+        *lock(&self.hierarchy) = None;
         Ok(())
+    }
+
+    /// Built at first use and after the vertices moved; also says whether it was built now.
+    pub fn hierarchy(&self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<(Arc<HierarchyTables>, bool)> {
+        let mut hierarchy = lock(&self.hierarchy);
+        if let Some(known) = hierarchy.as_ref() {
+            return Ok((known.clone(), false));
+        }
+        let built = Arc::new(HierarchyTables::new(gpu, scene)?);
+        *hierarchy = Some(built.clone());
+        Ok((built, true))
     }
 
     fn write(&self, gpu: &Gpu, scene: &Scene, high: Vec<Vec4>, low: Vec<Vec4>) {
         write_table(gpu, &self.positions_high, high);
         write_table(gpu, &self.positions_low, low);
-        let normals = scene.unit_normals().par_iter();
-        write_table(
-            gpu,
-            &self.unit_normals,
-            normals.map(|n| n.extend(0.0)).collect(),
-        );
+        let normals = scene.unit_normals().par_iter().enumerate();
+        let with_extent = normals.map(|(t, n)| {
+            let [a, b, c] = scene.corners(t as u32);
+            let extent = (b - a).length().max((c - b).length()).max((a - c).length());
+            n.extend(extent as f32)
+        });
+        write_table(gpu, &self.unit_normals, with_extent.collect());
         // Which triangles have no area may have changed.
         write_table(gpu, &self.vertex_indices, vertex_indices(scene));
     }

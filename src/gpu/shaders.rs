@@ -24,6 +24,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/normals"),
     file!("lib/projection"),
     file!("lib/receivers"),
+    file!("lib/shadow_ray"),
     file!("lib/tables"),
     file!("lib/triangles"),
     file!("projection/parallel"),
@@ -38,6 +39,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lookup"),
     file!("rasterize"),
     file!("receivers"),
+    file!("shadow_rays"),
     file!("warp_map"),
 ];
 
@@ -108,6 +110,7 @@ mod tests {
             "lookup",
             "rasterize",
             "receivers",
+            "shadow_rays",
             "warp_map",
         ];
         let mut shaders = Vec::new();

@@ -7,6 +7,7 @@ mod desired_view;
 mod notw;
 mod parallel_fit;
 mod parameters;
+mod ray_traced;
 mod rtw;
 mod uniform;
 mod view;
@@ -86,6 +87,7 @@ methods! {
     DesiredView = desired_view::DesiredView,
     RectilinearWarp = rtw::RectilinearWarp,
     NonOrthogonalWarp = notw::NonOrthogonalWarp,
+    RayTraced = ray_traced::RayTraced,
 }
 
 /// What a user can ask about a method.

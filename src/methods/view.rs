@@ -11,10 +11,11 @@ use crate::passes::lookup::{self, Comparison, DepthBias};
 use crate::passes::rasterize::Counters;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
-use crate::passes::{Inputs, Receivers, shadow_map};
+use crate::passes::{Facts, Inputs, PendingFacts, Receivers, shadow_map, shadow_rays};
 use crate::projection::Projection;
 use crate::scene::Scene;
 use glam::DVec3;
+use std::time::Instant;
 
 /// A frame in the making: the passes, bound to the scene, camera and light.
 pub struct View<'a> {
@@ -27,6 +28,8 @@ pub struct View<'a> {
     /// Counters of rasterized maps that the next submission brings.
     pending: Vec<(&'static str, Read<Counters>)>,
     counters: Vec<(&'static str, Counters)>,
+    pending_facts: Vec<PendingFacts>,
+    facts: Vec<(&'static str, Facts)>,
     bounds: Option<Bounds>,
     skipped: Vec<&'static str>,
 }
@@ -52,6 +55,7 @@ pub struct Recorded {
 pub struct Finished {
     pub frame: Frame,
     pub counters: Vec<(&'static str, Counters)>,
+    pub facts: Vec<(&'static str, Facts)>,
     pub bounds: Option<Bounds>,
     pub skipped: Vec<&'static str>,
 }
@@ -73,6 +77,8 @@ impl<'a> View<'a> {
             visibility_buffer,
             pending: Vec::new(),
             counters: Vec::new(),
+            pending_facts: Vec::new(),
+            facts: Vec::new(),
             bounds: None,
             skipped: Vec::new(),
         }
@@ -158,6 +164,24 @@ impl<'a> View<'a> {
         )
     }
 
+    /// The visibility image by rays through the scene's hierarchy, which is built where it is missing.
+    pub fn shadow_rays(&mut self) -> Result<PooledBuffer> {
+        let start = Instant::now();
+        let gpu = self.frame.gpu.clone();
+        let (hierarchy, is_new) = self.inputs.scene.hierarchy(&gpu, self.scene)?;
+        if is_new {
+            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+            self.frame.add_time("hierarchy (CPU)", milliseconds);
+        } else {
+            self.skip("hierarchy (CPU)");
+        }
+        let seen = self.receivers();
+        let (visibility, facts) =
+            shadow_rays::shadow_rays(&mut self.frame, seen, self.light, &hierarchy)?;
+        self.pending_facts.push(facts);
+        Ok(visibility)
+    }
+
     /// The frame where whatever is seen faces away from the light: there is nothing to look up.
     pub fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
@@ -199,6 +223,11 @@ impl<'a> View<'a> {
         for (label, read) in self.pending.drain(..) {
             self.counters.push((label, results.take(&read)?[0]));
         }
+        for pending in self.pending_facts.drain(..) {
+            let counters = results.take(&pending.counters)?;
+            let facts = (pending.describe)(&self.frame.gpu, &counters)?;
+            self.facts.push((pending.label, facts));
+        }
         Ok(results)
     }
 
@@ -206,6 +235,7 @@ impl<'a> View<'a> {
         Finished {
             frame: self.frame,
             counters: self.counters,
+            facts: self.facts,
             bounds: self.bounds,
             skipped: self.skipped,
         }

@@ -6,10 +6,14 @@ pub mod lookup;
 pub mod rasterize;
 pub mod receivers;
 pub mod shadow_map;
+pub mod shadow_rays;
 pub mod visibility;
 pub mod warp_map;
 
 use crate::camera::Camera;
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::gpu::frame::Read;
 use crate::gpu::scene_tables::SceneTables;
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
@@ -68,6 +72,17 @@ impl ReceiversUniform {
             light_z: row(projection.z_axis),
         }
     }
+}
+
+/// Counters of a pass by name, for the statistics of a frame.
+pub type Facts = Vec<(&'static str, u64)>;
+
+/// Counters that the next submission brings, and how they are read; fails where they tell that the pass
+/// did not do all its work.
+pub struct PendingFacts {
+    pub label: &'static str,
+    pub counters: Read<u32>,
+    pub describe: fn(&Gpu, &[u32]) -> Result<Facts>,
 }
 
 /// What every pass of a frame reads.

@@ -1,0 +1,87 @@
+// One receiver's own light ray against one triangle, as the reference decides it (src/reference.rs).
+//
+// Everything is relative to the receiver, in axes whose third one goes towards the light. Positions are
+// float32 relative to the eye, so they are known to `ROUNDING` of their distance, and the reference
+// takes no offence at what turns within that. What it does not forgive is handled here:
+//
+//   leaks   The corners that two triangles share are the same numbers in both, but edge functions round.
+//           An edge takes in what its rounding may hide, so that no ray slips between two triangles.
+//   acne    A neighbour on a flat or convex surface touches the receiver. A triangle must lie beyond the
+//           receiver's plane of rounding to count, and one that may touch it takes in nothing at its edges.
+//
+// After Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2013.
+
+struct LightRay {
+    // The ray is (shear, 1) per unit of depth.
+    shear: vec2<f32>,
+    // Depth of the light; beyond every depth where it is at infinity.
+    reach: f32,
+    // How far rounding may have moved the receiver, in world units.
+    margin: f32,
+}
+
+// As in the reference: eight times the largest error of rounding one number.
+const ROUNDING: f32 = 1.0 / 2097152.0;
+// Of an edge function: three roundings of half a step, and one to spare.
+const EDGE_ROUNDING: f32 = 1.0 / 4194304.0;
+// A triangle this many margins beyond the receiver does not touch it.
+const CLEAR: f32 = 16.0;
+
+fn absolute_sum(v: vec3<f32>) -> f32 {
+    return abs(v.x) + abs(v.y) + abs(v.z);
+}
+
+// x: the edge function of the ray at the origin and the line from p along d, y: a bound of its rounding.
+fn edge_function(p: vec2<f32>, d: vec2<f32>) -> vec2<f32> {
+    let one = p.x * d.y;
+    let two = p.y * d.x;
+    return vec2<f32>(one - two, EDGE_ROUNDING * (abs(one) + abs(two)));
+}
+
+// The receiver's margin: what the reference grants a point at a distance from the eye, seen along a ray
+// that makes an angle with the surface. `extent` is the triangle's longest edge.
+fn receiver_margin(distance: f32, cosine: f32, extent: f32) -> f32 {
+    let margin = ROUNDING * distance;
+    return margin + min(margin / max(cosine, 1e-30), extent);
+}
+
+// Corners a, b and c relative to the receiver; the normal points to either side.
+fn is_met(ray: LightRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> bool {
+    let pa = a.xy - ray.shear * a.z;
+    let pb = b.xy - ray.shear * b.z;
+    let pc = c.xy - ray.shear * c.z;
+    let ea = edge_function(pb, pc - pb);
+    let eb = edge_function(pc, pa - pc);
+    let ec = edge_function(pa, pb - pa);
+    let e = vec3<f32>(ea.x, eb.x, ec.x);
+    let slack = vec3<f32>(ea.y, eb.y, ec.y);
+    let zero = vec3<f32>(0.0);
+    let is_inside = any(e != zero) && (all(e >= zero) || all(e <= zero));
+    let is_near = all(e >= -slack) || all(e <= slack);
+
+    // Edges that meet at no angle go on beyond the triangle.
+    let lengths = vec3<f32>(absolute_sum(a), absolute_sum(b), absolute_sum(c));
+    let around = ROUNDING * max(max(lengths.x, lengths.y), lengths.z);
+    let is_around = all(min(min(pa, pb), pc) <= vec2<f32>(around))
+        && all(max(max(pa, pb), pc) >= vec2<f32>(-around));
+
+    // How far the receiver is behind the triangle's plane, seen from the light, by the nearest corner.
+    var nearest = a;
+    var distance = lengths.x;
+    if lengths.y < distance {
+        nearest = b;
+        distance = lengths.y;
+    }
+    if lengths.z < distance {
+        nearest = c;
+        distance = lengths.z;
+    }
+    let slope = dot(normal, vec3<f32>(ray.shear, 1.0));
+    let height = dot(normal, nearest) * sign(slope);
+    let margin = ROUNDING * distance + ray.margin;
+    let is_ahead = min(min(a.z, b.z), c.z) > margin;
+    // Both ends: the hit is before the light, too.
+    let is_before_light = max(max(a.z, b.z), c.z) < ray.reach || height < abs(slope) * ray.reach;
+    let is_clear = is_ahead || height > CLEAR * margin;
+    return is_around && is_before_light && ((is_inside && height > margin) || (is_near && is_clear));
+}

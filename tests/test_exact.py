@@ -1,0 +1,109 @@
+"""Methods that promise no wrong pixel but the reference's ties, from views where that is hard."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from views import cameras, small, soup
+
+import lixel as lx
+from lixel.scenes import GENERATORS
+
+EXACT = ("ray_traced",)
+
+SIZE = {"width": 160, "height": 90}
+
+
+def wrong(method: str | lx.Method, scene: lx.Scene, camera: lx.Camera, light: lx.Light) -> int:
+    truth = lx.reference(scene, camera, light)
+    return lx.compare(lx.render_shadows(scene, camera, light, method), truth).misclassified_count
+
+
+def suns(scene: lx.Scene) -> list[lx.Light]:
+    """The scene's own, overhead along an axis, and so low that shadows are fifty times as long."""
+    directions = [(0.0, -1.0, 0.0), (1.0, -0.02, 0.3), (-0.3, -1.0, 0.9)]
+    return [*scene.lights.values(), *(lx.DirectionalLight(d) for d in directions)]
+
+
+@pytest.mark.parametrize("name", GENERATORS)
+@pytest.mark.parametrize("method", EXACT)
+def test_no_pixel_is_wrong(method, name):
+    scene = small(name)
+    for light in suns(scene):
+        for label, camera in cameras(scene):
+            assert wrong(method, scene, camera, light) == 0, (label, light)
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_random_triangles(method):
+    for seed in range(12):
+        scene = soup(seed, count=200)
+        light = lx.DirectionalLight(np.random.default_rng(seed).normal(size=3))
+        camera = lx.Camera.look_at((2, 1.5, 3), (0, 0, 0), yfov=1.0, **SIZE)
+        assert wrong(method, scene, camera, light) == 0, seed
+
+
+@pytest.mark.parametrize("method", EXACT)
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_any_unit_of_length_and_any_place(method, size):
+    scene = small("objects_on_floor")
+    camera, light = scene.cameras["default"], scene.lights["default"]
+    offset = np.array([3e5, -2e5, 7e5]) * size
+    moved = lx.Scene(size * scene.vertices + offset, scene.faces)
+    pose = camera.pose.copy()
+    pose[:3, 3] = size * pose[:3, 3] + offset
+    camera = camera.resized(SIZE["width"], SIZE["height"])
+    camera = lx.Camera(pose, focal=camera.focal, centre=camera.centre, **SIZE)
+    assert wrong(method, moved, camera, light) == 0
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_twins_in_one_plane(method):
+    """Two coplanar layers, one of them with its winding turned, over a floor with a hole in it."""
+    grid = np.linspace(-2, 2, 9)
+    x, z = np.meshgrid(grid, grid, indexing="ij")
+    points = np.stack([x.ravel(), np.zeros(81), z.ravel()], axis=1)
+    corner = (np.arange(8)[:, None] * 9 + np.arange(8)).ravel()
+    faces = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + 9], axis=1),
+            np.stack([corner + 1, corner + 10, corner + 9], axis=1),
+        ]
+    )
+    leaf = points * 0.4 + [0.3, 1.0, -0.2]
+    vertices = np.concatenate([points, leaf, leaf])
+    scene = lx.Scene(vertices, np.concatenate([faces, faces + 81, faces[:, ::-1] + 162]))
+    for direction in ((0.3, -1.0, 0.2), (0.3, 1.0, 0.2), (1.0, -0.05, 0.0)):
+        for eye in ((2.0, 2.5, 3.0), (0.5, -2.0, 1.0)):
+            camera = lx.Camera.look_at(eye, (0, 0.3, 0), yfov=1.0, **SIZE)
+            assert wrong(method, scene, camera, lx.DirectionalLight(direction)) == 0
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_the_same_bytes_twice(method):
+    scene = small("grass")
+    view = scene, scene.cameras["default"].resized(320, 180), scene.lights["default"]
+    first = lx.render_shadows(*view, method)
+    assert first.tobytes() == lx.render_shadows(*view, method).tobytes()
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_moved_vertices_cast_their_new_shadows(method):
+    scene = small("city")
+    camera, light = scene.cameras["default"].resized(160, 90), scene.lights["default"]
+    before = lx.render_shadows(scene, camera, light, method)
+    vertices = scene.vertices.copy()
+    vertices[:, 1] *= 1.5
+    scene.update_vertices(vertices)
+    assert wrong(method, scene, camera, light) == 0
+    assert lx.render_shadows(scene, camera, light, method).tobytes() != before.tobytes()
+
+
+def test_rays_are_counted():
+    scene = small("city")
+    view = scene, scene.cameras["default"].resized(160, 90), scene.lights["default"]
+    frame = lx.render(*view, "ray_traced")
+    assert 0 < frame.stats["shadow rays"]["rays"] <= 160 * 90
+    assert 0 < frame.stats["shadow rays"]["longest_walk"] < 65_000
+    assert "hierarchy (CPU)" in frame.timings
+    assert "hierarchy (CPU)" in lx.render(*view, "ray_traced").stats["skipped"]
