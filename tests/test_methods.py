@@ -36,6 +36,15 @@ MOST_WRONG = {
         "needles": 2885,
         "terrain": 567,
     },
+    "min_sm": {
+        "plane_and_box": 4,
+        "objects_on_floor": 446,
+        "colonnade": 547,
+        "city": 79,
+        "grass": 7825,
+        "needles": 2547,
+        "terrain": 539,
+    },
     "rtw": {
         "plane_and_box": 4,
         "objects_on_floor": 416,

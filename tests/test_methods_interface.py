@@ -35,6 +35,8 @@ def test_names_and_objects():
     assert lx.method_from("uniform") == lx.Uniform()
     method = lx.DesiredView(resolution=64)
     assert lx.method_from(method) is method
+    assert lx.method_from("min_sm+notw") == lx.NonOrthogonalWarp(fit="min_sm")
+    assert lx.method_from("principal_axes + rtw") == lx.RectilinearWarp(fit="principal_axes")
     assert dataclasses.replace(method, bias="slope").resolution == 64
 
 

@@ -123,7 +123,7 @@ def cast_texels(
     return nearest, farthest
 
 
-@pytest.mark.parametrize("method", LINEAR)
+@pytest.mark.parametrize("method", [*LINEAR, lx.MinimalShadowMap])
 def test_the_light_matrix_takes_lit_receivers_into_the_map(method, view):
     frame = lx.render(*view, method(resolution=256))
     truth = lx.reference(*view)

@@ -11,12 +11,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, TypeAlias, get_args
+from typing import Any, ClassVar, Literal, TypeAlias, cast, get_args
 
 from .arguments import count, real
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
+Fit: TypeAlias = Literal["desired_view", "min_sm", "principal_axes"]
 Importance: TypeAlias = Literal["desired_view", "distance", "normal", "distance*normal"]
 
 
@@ -169,6 +170,39 @@ class DesiredView(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
+class MinimalShadowMap(ShadowMapMethod):
+    """One map over the smallest rectangle around the visible receivers that face the light.
+
+    As `DesiredView`, and turned around the light's direction: the convex hull of the receivers
+    across the light gives the smallest rectangle that holds them, one of whose sides lies along an
+    edge of the hull (rotating calipers):
+
+    .. math:: \\min_{\\varphi} \\; w(\\varphi) \\, w(\\varphi + \\pi/2), \\quad
+              w(\\varphi) = \\max_i \\langle p_i, e_\\varphi \\rangle
+              - \\min_i \\langle p_i, e_\\varphi \\rangle.
+
+    The near plane reaches every caster before them, the far
+    plane is the last receiver's.
+
+    Limits: those of `DesiredView`; the map turns as the camera moves.
+
+    Parameters are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    M. Stamminger, G. Drettakis, "Perspective shadow maps", SIGGRAPH 2002; with rotating calipers T.
+    Milet, J. Navrátil, P. Zemčík, WSCG 2015, section 3.2.
+
+    Examples
+    --------
+    >>> method_from("min_sm+notw") == NonOrthogonalWarp(fit="min_sm")
+    True
+    """
+
+    name: ClassVar[str] = "min_sm"
+
+
+@dataclass(frozen=True, kw_only=True)
 class RectilinearWarp(ShadowMapMethod):
     """The desired view's map with its rows and columns moved apart where it matters.
 
@@ -192,6 +226,9 @@ class RectilinearWarp(ShadowMapMethod):
         Standard deviation of the Gaussian blur of the maxima, in cells.
     normal_bonus : float
         Rosen's beta, for the surface normal.
+    fit : {"desired_view", "min_sm", "principal_axes"}
+        How the map is turned before it is warped: not at all, as `MinimalShadowMap`, or along the
+        principal axes of the receivers across the light.
 
     The others are those of `ShadowMapMethod`.
 
@@ -211,10 +248,12 @@ class RectilinearWarp(ShadowMapMethod):
     importance_resolution: int = 512
     blur: float = 3.0
     normal_bonus: float = 2.0
+    fit: Fit = "desired_view"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("importance", self.importance, get_args(Importance))
+        _check_choice("fit", self.fit, get_args(Fit))
         cells = count("importance_resolution", self.importance_resolution, "cells")
         object.__setattr__(self, "importance_resolution", cells)
         for parameter in ("blur", "normal_bonus"):
@@ -247,6 +286,8 @@ class NonOrthogonalWarp(ShadowMapMethod):
     smoothing : float, optional
         Standard deviation, in functions, of the weighted average among neighbouring functions.
         None: a sixteenth of `importance_resolution`.
+    fit : {"desired_view", "min_sm", "principal_axes"}
+        How the map is turned before it is warped, as for `RectilinearWarp`.
 
     The others are those of `ShadowMapMethod`.
 
@@ -265,9 +306,11 @@ class NonOrthogonalWarp(ShadowMapMethod):
 
     importance_resolution: int = 512
     smoothing: float | None = None
+    fit: Fit = "desired_view"
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        _check_choice("fit", self.fit, get_args(Fit))
         cells = count("importance_resolution", self.importance_resolution, "cells")
         object.__setattr__(self, "importance_resolution", cells)
         if self.smoothing is not None:
@@ -307,7 +350,9 @@ class RayTraced(ShadowMethod):
     name: ClassVar[str] = "ray_traced"
 
 
-MapMethod: TypeAlias = Uniform | DesiredView | RectilinearWarp | NonOrthogonalWarp
+MapMethod: TypeAlias = (
+    Uniform | DesiredView | MinimalShadowMap | RectilinearWarp | NonOrthogonalWarp
+)
 Method: TypeAlias = MapMethod | RayTraced
 
 METHODS: Mapping[str, type[Method]] = MappingProxyType(
@@ -320,6 +365,11 @@ MAP_METHODS: Mapping[str, type[MapMethod]] = MappingProxyType(
 )
 """Those that look up a shadow map, by name."""
 
+WARPS: Mapping[str, type[RectilinearWarp | NonOrthogonalWarp]] = MappingProxyType(
+    {method.name: method for method in (RectilinearWarp, NonOrthogonalWarp)}
+)
+"""Those that warp a fitted map."""
+
 
 def method_from(method: str | Method) -> Method:
     """The method of a name, with its default parameters; a method object as it is.
@@ -327,7 +377,8 @@ def method_from(method: str | Method) -> Method:
     Parameters
     ----------
     method : str or method object
-        A name, or a composition of names joined by ``+``.
+        A name, or a composition of names joined by ``+``: ``"min_sm+notw"`` is
+        ``NonOrthogonalWarp(fit="min_sm")``.
 
     Raises
     ------
@@ -348,7 +399,9 @@ def method_from(method: str | Method) -> Method:
     if method in METHODS:
         return METHODS[method]()
     parts = [part.strip() for part in method.split("+")]
-    unknown = [part for part in parts if part not in METHODS]
+    if len(parts) == 2 and parts[0] in get_args(Fit) and parts[1] in WARPS:
+        return WARPS[parts[1]](fit=cast(Fit, parts[0]))
+    unknown = [part for part in parts if part not in (*METHODS, *get_args(Fit))]
     if len(parts) > 1 and not unknown:
         raise ValueError(f"method {method!r} joins what cannot be joined; known: {known}")
     raise ValueError(

@@ -38,6 +38,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("importance_map"),
     file!("lookup"),
     file!("rasterize"),
+    file!("outline"),
     file!("receivers"),
     file!("shadow_rays"),
     file!("warp_map"),
@@ -108,6 +109,7 @@ mod tests {
         let files = [
             "importance_map",
             "lookup",
+            "outline",
             "rasterize",
             "receivers",
             "shadow_rays",

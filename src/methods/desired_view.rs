@@ -10,10 +10,10 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::parallel_fit::{axes_at, fit_box, projected_box};
+use super::fit::Fit;
+use super::parallel_fit::{fit_box, projected_box};
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light::Light;
 use crate::projection::Projection;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -37,28 +37,29 @@ impl ShadowMethod for DesiredView {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let Some(projection) = fit_desired_view(view, self.map.resolution)? else {
+        let Some(projection) = Fit::DesiredView.fit(view, self.map.resolution)? else {
             return view.all_in_shadow();
         };
         view.shadows(&self.map, projection, None, None)
     }
 }
 
-/// The map over the box of the receivers that face the light, `None` where there are none. Submits
-/// what was recorded so far.
-pub fn fit_desired_view(view: &mut View, resolution: u32) -> Result<Option<Projection>> {
-    let Light::Directional { direction } = *view.light;
-    // Around the eye float32 resolves what the camera sees best.
-    let axes = axes_at(view.camera.eye, direction);
-    let Some((low, high)) = view.receiver_bounds(&axes)? else {
+/// The map over the box, in the axes, of the receivers that face the light, `None` where there are
+/// none. Submits what was recorded so far.
+pub fn fit_receivers(
+    view: &mut View,
+    axes: &Projection,
+    resolution: u32,
+) -> Result<Option<Projection>> {
+    let Some((low, high)) = view.receiver_bounds(axes)? else {
         return Ok(None);
     };
-    let casters = projected_box(&axes, view.scene.bounds());
+    let casters = projected_box(axes, view.scene.bounds());
     // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
     let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
     let bounds = (low, high);
     Ok(Some(fit_box(
-        &axes,
+        axes,
         bounds,
         casters.0.z,
         resolution,

@@ -4,6 +4,8 @@
 //! passes. See CONTRIBUTING.md, "How to add a method".
 
 mod desired_view;
+mod fit;
+mod min_sm;
 mod notw;
 mod parallel_fit;
 mod parameters;
@@ -85,6 +87,7 @@ macro_rules! methods {
 methods! {
     Uniform = uniform::Uniform,
     DesiredView = desired_view::DesiredView,
+    MinimalShadowMap = min_sm::MinimalShadowMap,
     RectilinearWarp = rtw::RectilinearWarp,
     NonOrthogonalWarp = notw::NonOrthogonalWarp,
     RayTraced = ray_traced::RayTraced,

@@ -1,18 +1,18 @@
 //! Non-orthogonal texture warping: a warp of its own for each row and each column, which spreads the
 //! receivers evenly over the texels.
 //!
-//! Receivers are counted in the cells of the desired view's map. The prefix sums of a row are its
+//! Receivers are counted in the cells of a map fitted to them. The prefix sums of a row are its
 //! function: they equalize the histogram of the row. The receivers are then counted again where the
 //! rows' functions put them, and each column gets its function in the same way.
 //!
 //! Tomáš Milet, Jan Navrátil, Pavel Zemčík. An improved non-orthogonal texture warping for better
 //! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 5. Rasterization is exact here.
 //!
-//! Parameters: those of every map, and `importance_resolution`, `smoothing`.
+//! Parameters: those of every map, and `fit`, `importance_resolution`, `smoothing`.
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
-use super::desired_view::fit_desired_view;
+use super::fit::Fit;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::importance_map::Importance;
@@ -21,6 +21,7 @@ use crate::passes::warp_map::{Axis, WarpMap};
 #[derive(Debug, Clone, PartialEq)]
 pub struct NonOrthogonalWarp {
     pub map: MapParameters,
+    pub fit: Fit,
     /// Functions along each axis, and cells of each.
     pub importance_resolution: u32,
     /// Standard deviation of the smoothing among functions, in functions.
@@ -36,6 +37,7 @@ impl ShadowMethod for NonOrthogonalWarp {
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
         defaults.extend([
+            (Fit::NAME, Fit::default_value()),
             ("importance_resolution", Value::Int(512)),
             ("smoothing", Value::None),
         ]);
@@ -49,6 +51,7 @@ impl ShadowMethod for NonOrthogonalWarp {
         let smoothing = parameters.take_optional("smoothing")?;
         Ok(Self {
             map: MapParameters::from_parameters(parameters)?,
+            fit: parameters.take_choice(Fit::NAME, Fit::CHOICES)?,
             importance_resolution,
             smoothing: smoothing.unwrap_or(f64::from(importance_resolution) / 16.0),
         })
@@ -56,7 +59,7 @@ impl ShadowMethod for NonOrthogonalWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let resolution = self.map.resolution;
-        let Some(projection) = fit_desired_view(view, resolution)? else {
+        let Some(projection) = self.fit.fit(view, resolution)? else {
             return view.all_in_shadow();
         };
         let functions = self.importance_resolution;

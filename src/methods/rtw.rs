@@ -1,17 +1,17 @@
 //! Rectilinear texture warping: one warp for all rows and one for all columns, from importance.
 //!
 //! Each cell of a map of importance takes the greatest importance of the receivers in it; the maxima of
-//! rows and columns, blurred, say how much of the map they get. The map is the desired view's.
+//! rows and columns, blurred, say how much of the map they get.
 //!
 //! Paul Rosen. Rectilinear texture warping for fast adaptive shadow mapping. I3D 2012. Backward
 //! analysis (section 4.1), functions of sections 5.1, 5.2 and 5.4, warp maps of section 4.2, Eq. 1.
 //! Rasterization is exact here, not with the straight edges of section 6.1.
 //!
-//! Parameters: those of every map, and `importance`, `importance_resolution`, `blur`, `normal_bonus`.
+//! Parameters: those of every map, and `fit`, `importance`, `importance_resolution`, `blur`, `normal_bonus`.
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
-use super::desired_view::fit_desired_view;
+use super::fit::Fit;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::importance_map::{Factors, Importance};
@@ -20,6 +20,7 @@ use crate::passes::warp_map::{Axis, WarpMap};
 #[derive(Debug, Clone, PartialEq)]
 pub struct RectilinearWarp {
     pub map: MapParameters,
+    pub fit: Fit,
     pub factors: Factors,
     /// Cells along each side of the importance map.
     pub importance_resolution: u32,
@@ -37,6 +38,7 @@ impl ShadowMethod for RectilinearWarp {
         let mut defaults = MapParameters::defaults();
         defaults.extend([
             ("importance", Value::Text("distance".to_string())),
+            (Fit::NAME, Fit::default_value()),
             ("importance_resolution", Value::Int(512)),
             ("blur", Value::Float(3.0)),
             ("normal_bonus", Value::Float(2.0)),
@@ -52,6 +54,7 @@ impl ShadowMethod for RectilinearWarp {
         };
         Ok(Self {
             map: MapParameters::from_parameters(parameters)?,
+            fit: parameters.take_choice(Fit::NAME, Fit::CHOICES)?,
             factors: parameters.take_choice(
                 "importance",
                 &[
@@ -68,7 +71,7 @@ impl ShadowMethod for RectilinearWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let resolution = self.map.resolution;
-        let Some(projection) = fit_desired_view(view, resolution)? else {
+        let Some(projection) = self.fit.fit(view, resolution)? else {
             return view.all_in_shadow();
         };
         let cells = self.importance_resolution;

@@ -8,13 +8,14 @@ use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
 use crate::passes::importance_map::{self, Importance, ImportanceMap};
 use crate::passes::lookup::{self, Comparison, DepthBias};
+use crate::passes::outline::{self, Points};
 use crate::passes::rasterize::Counters;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
 use crate::passes::{Facts, Inputs, PendingFacts, Receivers, shadow_map, shadow_rays};
 use crate::projection::Projection;
 use crate::scene::Scene;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::time::Instant;
 
 /// A frame in the making: the passes, bound to the scene, camera and light.
@@ -93,6 +94,15 @@ impl<'a> View<'a> {
         let bounds = results.take(&bounds)?[0];
         self.bounds = Some(bounds);
         Ok(bounds.corners())
+    }
+
+    /// Points of the receivers that face the light, in the axes of the projection. Submits what was
+    /// recorded so far.
+    pub fn outline(&mut self, projection: &Projection, points: Points) -> Result<Vec<DVec2>> {
+        let seen = self.receivers();
+        let points = outline::outline(&mut self.frame, seen, projection, points)?;
+        let results = self.submit()?;
+        Ok(outline::found(results.take(&points)?))
     }
 
     /// A layer of a shadow map through the projection and the warp.

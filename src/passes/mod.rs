@@ -3,6 +3,7 @@
 
 pub mod importance_map;
 pub mod lookup;
+pub mod outline;
 pub mod rasterize;
 pub mod receivers;
 pub mod shadow_map;

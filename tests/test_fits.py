@@ -1,0 +1,98 @@
+"""Maps that are turned around the light's direction before their sides are fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull, QhullError
+from views import cameras, small, soup
+
+import lixel as lx
+
+FITS = ("desired_view", "min_sm", "principal_axes")
+
+
+def places(frame: lx.Frame) -> np.ndarray:
+    """Map coordinates, in [0, 1] where they are inside, of the receivers that face the light."""
+    matrix = frame.light_matrix[0]
+    texels = frame.position[frame.facing] @ matrix[:2, :3].T + matrix[:2, 3]
+    return texels / frame.shadow_map.shape[1:][::-1]
+
+
+def sides(frame: lx.Frame) -> np.ndarray:
+    """Width and height of the map in the world."""
+    return frame.shadow_map.shape[1] / np.linalg.norm(frame.light_matrix[0][:2, :3], axis=1)
+
+
+def smallest_area(frame: lx.Frame) -> float:
+    """Of the rectangles with a side along an edge of the receivers' hull, one by one."""
+    points = places(frame) * sides(frame)
+    hull = points[ConvexHull(points).vertices]
+    edges = np.roll(hull, -1, axis=0) - hull
+    axis = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    across = np.stack([-axis[:, 1], axis[:, 0]], axis=1)
+    return float((np.ptp(hull @ axis.T, axis=0) * np.ptp(hull @ across.T, axis=0)).min())
+
+
+@pytest.mark.parametrize("name", ["colonnade", "city", "terrain"])
+def test_min_sm_is_the_smallest_map_that_holds_every_receiver(name):
+    scene = small(name)
+    random = np.random.default_rng(7)
+    judged = 0
+    for _, camera in cameras(scene):
+        for direction in random.normal(size=(3, 3)):
+            frame = lx.render(scene, camera, lx.DirectionalLight(direction), "min_sm")
+            if frame.facing.sum() < 100:
+                continue
+            uv = places(frame)
+            assert uv.min() > -1e-4
+            assert uv.max() < 1 + 1e-4
+            # A directional light that an edge of the scene looks along sees a line.
+            try:
+                least = smallest_area(frame)
+            except QhullError:
+                continue
+            # Its direction is that of a hull of some receivers; its sides hold all of them.
+            assert 0.9999 * least <= np.prod(sides(frame)) < 1.03 * least
+            judged += 1
+    assert judged > 8
+
+
+def test_principal_axes_are_those_of_the_receivers():
+    scene = small("colonnade")
+    camera = scene.cameras["default"].resized(320, 180)
+    for direction in np.random.default_rng(3).normal(size=(5, 3)) * (1, 0.2, 1) - (0, 1, 0):
+        light = lx.DirectionalLight(direction)
+        frame = lx.render(scene, camera, light, "principal_axes+rtw")
+        covariance = np.cov((places(frame) * sides(frame)).T)
+        # Diagonal but for what the sample of pixels leaves.
+        assert abs(covariance[0, 1]) < 0.03 * np.trace(covariance)
+
+
+@pytest.mark.parametrize("fit", FITS)
+@pytest.mark.parametrize("warp", [lx.RectilinearWarp, lx.NonOrthogonalWarp])
+def test_any_fit_gives_right_shadows(fit, warp):
+    scene = soup(5)
+    camera = lx.Camera.look_at((1.5, 1.2, 3), (0, 0, 0), yfov=0.7, width=160, height=90)
+    light = lx.DirectionalLight((-0.5, -1, -0.4))
+    frame = lx.render(scene, camera, light, warp(fit=fit, resolution=1024))
+    result = lx.compare(frame, lx.reference(scene, camera, light))
+    assert result.misclassified_count <= 0.001 * result.covered_count
+
+
+@pytest.mark.parametrize("method", ["min_sm", "min_sm+notw", "principal_axes+rtw"])
+@pytest.mark.parametrize("width", [1, 2])
+def test_one_receiver_and_receivers_on_a_line(method, width):
+    scene = small("plane_and_box")
+    camera = scene.cameras["default"].resized(width, 1)
+    frame = lx.render(scene, camera, scene.lights["default"], method)
+    assert np.isfinite(frame.light_matrix).all()
+    assert lx.compare(frame, lx.reference(scene, camera, scene.lights["default"])).covered.any()
+
+
+@pytest.mark.parametrize("method", ["min_sm", "min_sm+notw", "principal_axes+rtw"])
+def test_fits_are_the_same_every_time(method):
+    scene = small("city")
+    view = scene, scene.cameras["default"].resized(160, 90), scene.lights["default"]
+    first, second = (lx.render(*view, method) for _ in range(2))
+    assert first.light_matrix.tobytes() == second.light_matrix.tobytes()
