@@ -39,8 +39,8 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
         let row = invocation.y * rows_per_invocation + i;
         if invocation.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, invocation.x, row);
-            if receiver.is_seen && receiver.faces_light {
-                let texel = centred_texel_from_projected(receiver.q) + projection.centre;
+            if receiver.faces_light {
+                let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
                 var place = uv.yx;
                 if importance.along_y != 0u {
@@ -63,8 +63,8 @@ fn maximum(@builtin(global_invocation_id) invocation: vec3<u32>) {
         let row = invocation.y * rows_per_invocation + i;
         if invocation.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, invocation.x, row);
-            if receiver.is_seen && receiver.faces_light {
-                let texel = centred_texel_from_projected(receiver.q) + projection.centre;
+            if receiver.faces_light {
+                let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
                 // Desired view (5.1): every receiver has a part. The others are factors.
                 var value = 1.0;

@@ -3,6 +3,7 @@
 //   extremes  of each tile of the image the farthest receiver in each of eight directions. The convex
 //             hull of all of them is the receivers' but for what bulges out between two directions.
 //   samples   the receivers of a regular grid of pixels
+#import projection
 #import lib/receivers
 
 struct Outline {
@@ -11,8 +12,9 @@ struct Outline {
 }
 
 @group(0) @binding(0) var<uniform> outline_uniform: Outline;
-// x and y in the light's projection space; NOWHERE where there is no receiver.
+// Texels from the axis of the light's projection; NOWHERE where there is no receiver.
 @group(0) @binding(1) var<storage, read_write> points: array<vec2<f32>>;
+@group(0) @binding(2) var<uniform> projection_uniform: Projection;
 
 const NOWHERE: f32 = 3.0e38;
 const GROUP: u32 = 64u;
@@ -26,6 +28,7 @@ var<workgroup> places: array<vec2<f32>, EXTREMES * GROUP>;
 fn extremes(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
             @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
+    let projection = projection_uniform;
     var reach: array<f32, EXTREMES>;
     var place: array<vec2<f32>, EXTREMES>;
     for (var d = 0u; d < EXTREMES; d += 1u) {
@@ -37,8 +40,8 @@ fn extremes(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         let row = group.y * rows_per_invocation + i;
         if column < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, column, row);
-            if receiver.is_seen && receiver.faces_light {
-                let q = receiver.q.xy;
+            if receiver.faces_light {
+                let q = centred_texel_from_projected(projection, receiver.q);
                 // Along the axes, along the diagonals, and against them.
                 let along = vec4<f32>(q, q.x + q.y, q.x - q.y);
                 for (var d = 0u; d < 4u; d += 1u) {
@@ -72,6 +75,7 @@ fn extremes(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
 @compute @workgroup_size(64)
 fn samples(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let receivers = receivers_uniform;
+    let projection = projection_uniform;
     let outline = outline_uniform;
     let column = invocation.x * outline.step + outline.step / 2u;
     let row = invocation.y * outline.step + outline.step / 2u;
@@ -79,8 +83,8 @@ fn samples(@builtin(global_invocation_id) invocation: vec3<u32>) {
         var place = vec2<f32>(NOWHERE);
         if column < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, column, row);
-            if receiver.is_seen && receiver.faces_light {
-                place = receiver.q.xy;
+            if receiver.faces_light {
+                place = centred_texel_from_projected(projection, receiver.q);
             }
         }
         points[invocation.y * outline.columns + invocation.x] = place;

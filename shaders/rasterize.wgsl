@@ -59,31 +59,6 @@ struct Bound {
 
 // ---- bounds ----
 
-struct Extent {
-    low: vec2<f32>,
-    high: vec2<f32>,
-}
-
-fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Extent {
-    let texel = centred_texel_from_projected(a);
-    let is_seen = is_in_front(a, projection.z_min);
-    return Extent(
-        select(extent.low, min(extent.low, texel), is_seen),
-        select(extent.high, max(extent.high, texel), is_seen),
-    );
-}
-
-// Where the edge from a to b meets the near plane, if the plane lies between them.
-fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: vec3<f32>) -> Extent {
-    let crosses = is_in_front(a, projection.z_min) != is_in_front(b, projection.z_min);
-    let t = (projection.z_min - a.z) / select(1.0, b.z - a.z, crosses);
-    let texel = mix(a.xy, b.xy, t) / projection.z_min;
-    return Extent(
-        select(extent.low, min(extent.low, texel), crosses),
-        select(extent.high, max(extent.high, texel), crosses),
-    );
-}
-
 // A conservative bound of the texel centres that the triangle may cover.
 fn bound_from_projected(
     projection: Projection,
@@ -92,13 +67,7 @@ fn bound_from_projected(
     b: vec3<f32>,
     c: vec3<f32>,
 ) -> Bound {
-    var extent = Extent(vec2<f32>(3.0e38), vec2<f32>(-3.0e38));
-    extent = grown_by_corner(projection, extent, a);
-    extent = grown_by_corner(projection, extent, b);
-    extent = grown_by_corner(projection, extent, c);
-    extent = grown_by_crossing(projection, extent, a, b);
-    extent = grown_by_crossing(projection, extent, b, c);
-    extent = grown_by_crossing(projection, extent, c, a);
+    let extent = texels_of_triangle(projection, a, b, c);
     // A texel is a candidate if its centre, at half-integers, is inside, give or take rounding.
     let slack = 0.01 + 1e-6 * max(abs(extent.low), abs(extent.high));
     let size = vec2<f32>(projection.size);
@@ -126,17 +95,12 @@ fn may_cover(projection: Projection, warp: Warp, triangle: Triangle, bound: Boun
     let linear = linear_bound(warp, bound.first, bound.last, projection.size);
     let middle = 0.5 * (linear.xy + linear.zw) * size - projection.centre;
     let reach = 0.5 * (linear.zw - linear.xy) * size + 0.01;
-    let e = vec3<f32>(
-        evaluate_edge(triangle.edge0, middle),
-        evaluate_edge(triangle.edge1, middle),
-        evaluate_edge(triangle.edge2, middle),
+    let greatest = vec3<f32>(
+        greatest_of_edge(projection, triangle.edge0, middle, reach),
+        greatest_of_edge(projection, triangle.edge1, middle, reach),
+        greatest_of_edge(projection, triangle.edge2, middle, reach),
     );
-    let r = vec3<f32>(
-        dot(abs(triangle.edge0.xy), reach),
-        dot(abs(triangle.edge1.xy), reach),
-        dot(abs(triangle.edge2.xy), reach),
-    ) + 1e-6 * abs(vec3<f32>(triangle.edge0.z, triangle.edge1.z, triangle.edge2.z));
-    return all(e >= -r);
+    return all(greatest >= vec3<f32>(0.0));
 }
 
 // ---- bin ----
@@ -178,7 +142,7 @@ fn bin(
         let c = corners[2];
         let bound = bound_from_projected(projection, warp, a, b, c);
         let size = bound.last - bound.first + 1;
-        if is_out_of_depth(projection, min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z)) {
+        if is_out_of_depth(projection, depths_of_triangle(a, b, c)) {
             behind += 1u;
         } else if min(size.x, size.y) <= 0 {
             outside += 1u;
@@ -201,8 +165,8 @@ fn bin(
     atomicAdd(&counters.behind, behind);
 }
 
-fn is_out_of_depth(projection: Projection, nearest: f32, farthest: f32) -> bool {
-    return nearest > projection.z_max || clamp_to_nearest(farthest, projection.z_min) < projection.z_min;
+fn is_out_of_depth(projection: Projection, depths: vec2<f32>) -> bool {
+    return depths.x > projection.z_max || clamp_to_nearest(depths.y, projection.z_min) < projection.z_min;
 }
 
 // ---- split ----
@@ -288,7 +252,7 @@ fn sides_of_triangle(projection: Projection, triangle: Triangle) -> Sides {
 }
 
 fn span_of_row(projection: Projection, sides: Sides, bound: Bound, row: i32) -> vec2<i32> {
-    if IS_WARPED {
+    if IS_WARPED || !HAS_STRAIGHT_EDGES {
         // The edges are no lines here.
         return vec2<i32>(bound.first.x, bound.last.x);
     }
@@ -307,12 +271,13 @@ fn store_if_covered(projection: Projection, warp: Warp, triangle: Triangle, id: 
         let size = vec2<f32>(projection.size);
         texel = linear_from_texel(warp, vec2<i32>(x, y), projection.size) * size - projection.centre;
     }
+    let ray = ray_from_texel(projection, texel);
     let e = vec3<f32>(
-        evaluate_edge(triangle.edge0, texel),
-        evaluate_edge(triangle.edge1, texel),
-        evaluate_edge(triangle.edge2, texel),
+        evaluate_edge(triangle.edge0, ray),
+        evaluate_edge(triangle.edge1, ray),
+        evaluate_edge(triangle.edge2, ray),
     );
-    let on_plane = clamp(depth_on_plane(triangle.plane, texel), triangle.z_low, triangle.z_high);
+    let on_plane = clamp(depth_on_plane(triangle.plane, ray), triangle.depths.x, triangle.depths.y);
     let z = clamp_to_nearest(on_plane, projection.z_min);
     if min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && z >= projection.z_min && z <= projection.z_max {
         let depth = (z - projection.depth_offset) * projection.depth_scale;

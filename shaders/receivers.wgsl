@@ -1,15 +1,17 @@
-// Box around the receivers that face the light, in the light's projection space, by a parallel
-// reduction; and how many pixels see a surface, and how many of them face the light.
+// Box around the receivers that face the light, in centred texels and depth of the light's projection,
+// by a parallel reduction; and how many pixels see a surface, and how many of them face the light.
+#import projection
 #import lib/receivers
 
 struct Bounds {
-    // Order-preserving integers of -q and +q: the largest of each; zero where no receiver faces the light.
+    // Order-preserving integers of the negative and of the positive coordinates: the largest of each; zero where no receiver faces the light.
     extremes: array<atomic<u32>, 6>,
     seen: atomic<u32>,
     facing: atomic<u32>,
 }
 
-@group(0) @binding(0) var<storage, read_write> bounds: Bounds;
+@group(0) @binding(0) var<uniform> projection_uniform: Projection;
+@group(0) @binding(1) var<storage, read_write> bounds: Bounds;
 
 const GROUP: u32 = 256u;
 override rows_per_invocation: u32 = 16u;
@@ -26,6 +28,7 @@ fn ordered_from_float(value: f32) -> u32 {
 @compute @workgroup_size(GROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
+    let projection = projection_uniform;
     var least = vec3<f32>(3.0e38);
     var greatest = vec3<f32>(-3.0e38);
     var count = vec2<u32>(0u);
@@ -39,8 +42,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 count.x += 1u;
                 if receiver.faces_light {
                     count.y += 1u;
-                    least = min(least, receiver.q);
-                    greatest = max(greatest, receiver.q);
+                    let q = receiver.q;
+                    let place = vec3<f32>(
+                        centred_texel_from_projected(projection, q),
+                        depth_from_projected(q),
+                    );
+                    least = min(least, place);
+                    greatest = max(greatest, place);
                 }
             }
         }

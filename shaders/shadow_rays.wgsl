@@ -9,9 +9,6 @@
 #import lib/shadow_ray
 
 struct ShadowRays {
-    // From the light to a receiver: this, plus the receiver relative to the eye where `is_local` is 1.
-    from_light: vec3<f32>,
-    is_local: f32,
     // The eye relative to the scene's origin, double-single.
     eye_high: vec3<f32>,
     node_count: u32,
@@ -51,15 +48,15 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let receiver = load_receiver(receivers, column, row);
     var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
-    if receiver.is_seen && receiver.faces_light {
-        lit = select(1.0, 0.0, is_in_shadow(shadow_rays_uniform, receiver));
+    if receiver.faces_light {
+        lit = select(1.0, 0.0, is_in_shadow(shadow_rays_uniform, receiver, receivers.is_local > 0.0));
     }
     visibility[row * receivers.width + column] = lit;
 }
 
-fn is_in_shadow(rays: ShadowRays, receiver: Receiver) -> bool {
+fn is_in_shadow(rays: ShadowRays, receiver: Receiver, is_local: bool) -> bool {
     let point = receiver.ray * receiver.depth;
-    let to_light = -(rays.from_light + rays.is_local * point);
+    let to_light = -receiver.from_light;
     let distance = length(to_light);
     let z = to_light / distance;
     // Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
@@ -70,7 +67,7 @@ fn is_in_shadow(rays: ShadowRays, receiver: Receiver) -> bool {
     let y = vec3<f32>(m, side + z.y * z.y * k, -z.y);
     let cosine = abs(dot(receiver.normal, receiver.ray)) / length(receiver.ray);
     let margin = receiver_margin(length(point), cosine, extent_of_triangle(receiver.triangle));
-    let reach = select(3.0e38, distance, rays.is_local > 0.0);
+    let reach = select(3.0e38, distance, is_local);
     let light_ray = LightRay(vec2<f32>(0.0), reach, margin);
 
     // A component that is zero would give 0 * infinity on the side of a box.
@@ -78,7 +75,7 @@ fn is_in_shadow(rays: ShadowRays, receiver: Receiver) -> bool {
     let start = point * rays.box_scale + rays.eye_in_boxes;
     let from_least = start + rays.box_margin;
     let from_greatest = start - rays.box_margin;
-    let end = select(8.0 + 4.0 * absolute_sum(start), distance * rays.box_scale + rays.box_margin, rays.is_local > 0.0);
+    let end = select(8.0 + 4.0 * absolute_sum(start), distance * rays.box_scale + rays.box_margin, is_local);
 
     var node = 0u;
     var steps = 0u;

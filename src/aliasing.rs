@@ -3,8 +3,9 @@
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::methods::fit_uniform;
-use crate::projection::Projection;
+use crate::projection::{Kind, Projection};
 use crate::reference::surface;
+use crate::render::RenderedLayer;
 use crate::scene::Scene;
 use crate::warp::Warp;
 use glam::{DVec2, DVec3};
@@ -20,32 +21,32 @@ pub fn aliasing_error(
     scene: &Scene,
     camera: &Camera,
     light: &Light,
-    layers: &[Projection],
-    warps: &[Warp],
+    layers: &[RenderedLayer],
     triangle_id: &[i32],
 ) -> Vec<f32> {
-    let Some(map) = layers.first() else {
-        return vec![f32::NAN; triangle_id.len()];
-    };
     let image = Projection::from_camera(camera);
-    let (map_steps, image_steps) = (map.steps(), image.steps());
-    let size = DVec2::new(f64::from(map.width), f64::from(map.height));
+    let image_steps = image.steps();
+    let steps: Vec<_> = layers.iter().map(|l| l.fitted.projection.steps()).collect();
     let (positions, normals, _) = surface(scene, camera, triangle_id);
     positions
         .into_par_iter()
         .zip(normals)
         .map(|(position, normal)| {
             let point = DVec3::from(position);
-            if point.is_nan() {
+            let own = layers.iter().zip(&steps);
+            let mut own = own.filter(|(layer, _)| layer.fitted.region.contains(point));
+            let Some((layer, steps)) = own.next().filter(|_| !point.is_nan()) else {
                 return f32::NAN;
-            }
+            };
+            let map = &layer.fitted.projection;
             let normal = DVec3::from(normal.map(f64::from));
             let to_light = light.vector_from_point(point).normalize();
             let to_eye = (camera.eye - point).normalize();
-            let scale = warps.first().map_or(DVec2::ONE, |warp| {
+            let size = DVec2::new(f64::from(map.width), f64::from(map.height));
+            let scale = layer.warp.as_ref().map_or(DVec2::ONE, |warp| {
                 warp.scale(map.texel_from_point(point).truncate() / size)
             });
-            let area_of_texel = map.texel_area(&map_steps, point) / (scale.x * scale.y);
+            let area_of_texel = map.texel_area(steps, point) / (scale.x * scale.y);
             let width_of_texel = area_of_texel.sqrt();
             let width_of_pixel = image.texel_area(&image_steps, point).sqrt();
             let cosines = normal.dot(to_eye).abs() / normal.dot(to_light).abs();
@@ -54,25 +55,34 @@ pub fn aliasing_error(
         .collect()
 }
 
-/// Rosen's maximum effective resolution, (width, height): the size that a uniform map over the
-/// casters' box would need to match the smallest texel of this one (Rosen, "Rectilinear texture
-/// warping", 2012, section 6). NaN where no layer is there.
+/// Rosen's maximum effective resolution, (width, height): the size that a uniform map would need to match
+/// the smallest texel of this one (Rosen, "Rectilinear texture warping", 2012, section 6): over the
+/// casters' box for parallel rays, over a face of a cube around the light for others. The greatest of
+/// the layers; NaN where none is there.
 pub fn max_effective_resolution(
     scene: &Scene,
     camera: &Camera,
     light: &Light,
-    layers: &[Projection],
-    warps: &[Warp],
+    layers: &[RenderedLayer],
 ) -> DVec2 {
-    let Light::Directional { direction } = *light;
-    let Some(map) = layers.first() else {
-        return DVec2::NAN;
-    };
-    // One texel: its steps are the sides of the box.
-    let uniform = fit_uniform(scene, camera.eye, direction, 1).steps();
-    let steps = map.steps();
-    DVec2::new(
-        uniform.x_axis.length() / steps.x_axis.length(),
-        uniform.y_axis.length() / steps.y_axis.length(),
-    ) * warps.first().map_or(DVec2::ONE, Warp::greatest_scale)
+    let resolutions = layers.iter().map(|layer| {
+        let map = &layer.fitted.projection;
+        let steps = map.steps();
+        let lengths = DVec2::new(steps.x_axis.length(), steps.y_axis.length());
+        let resolution = match map.kind {
+            Kind::Parallel => {
+                let direction = -light.vector_from_point(camera.eye);
+                // One texel: its steps are the sides of the box.
+                let uniform = fit_uniform(scene, camera.eye, direction, 1).steps();
+                DVec2::new(uniform.x_axis.length(), uniform.y_axis.length()) / lengths
+            }
+            // A face is two units of its plane wide.
+            Kind::Perspective => 2.0 / lengths,
+            // A unit of a paraboloid's plane is two of a face where they touch.
+            Kind::Paraboloid => map.scale,
+        };
+        resolution * layer.warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)
+    });
+    let greatest = resolutions.reduce(DVec2::max);
+    greatest.unwrap_or(DVec2::NAN)
 }

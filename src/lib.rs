@@ -21,6 +21,7 @@ pub mod passes;
 pub mod projection;
 mod python;
 pub mod reference;
+pub mod region;
 pub mod render;
 pub mod scene;
 pub mod warp;

@@ -12,8 +12,11 @@ use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 pub enum Kind {
     /// Parallel rays along `z_axis`.
     Parallel,
-    /// Rays from the origin.
+    /// Rays from the origin, through a plane.
     Perspective,
+    /// Rays from the origin, to all sides but one: texels lie in the plane of a stereographic
+    /// projection, which is where a paraboloid reflects them.
+    Paraboloid,
 }
 
 impl Kind {
@@ -22,25 +25,35 @@ impl Kind {
         match self {
             Self::Parallel => "projection/parallel",
             Self::Perspective => "projection/perspective",
+            Self::Paraboloid => "projection/paraboloid",
         }
     }
 }
 
-/// A linear projection. Projection space is `q = axes * (point - origin)`.
+/// A projection. Projection space is `q = axes * (point - origin)`; with `c = centre`, `s = scale`,
+///
+/// | kind | texel | depth |
+/// |---|---|---|
+/// | parallel | `q.xy + c` | `q.z` |
+/// | perspective | `q.xy / q.z + c` | `q.z` |
+/// | paraboloid | `s q.xy / (\|q\| + q.z) + c` | `\|q\|` |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projection {
     pub kind: Kind,
     pub origin: DVec3,
     /// Rows of the matrix from world to projection space: texels (to the right, down) per world unit,
-    /// and depth.
+    /// and depth. Orthonormal for a paraboloid.
     pub x_axis: DVec3,
     pub y_axis: DVec3,
     pub z_axis: DVec3,
     /// Texel coordinates of the projection's axis.
     pub centre: DVec2,
+    /// Texels per unit of a paraboloid's plane, whose unit circle is the hemisphere around the axis;
+    /// the others have their scale in their axes.
+    pub scale: DVec2,
     pub width: u32,
     pub height: u32,
-    /// Depths that are stored, in world units along `z_axis`.
+    /// Depths that are stored, in world units.
     pub near: f64,
     pub far: f64,
     /// Whether depth is stored as 0 at `near` to 1 at `far`, or as it is.
@@ -63,6 +76,8 @@ pub struct ProjectionUniform {
     padding: u32,
     centre: [f32; 2],
     size: [u32; 2],
+    scale: [f32; 2],
+    more_padding: [u32; 2],
     step_x: [f32; 4],
     step_y: [f32; 4],
     step_z: [f32; 4],
@@ -78,6 +93,7 @@ impl Projection {
             y_axis: -camera.up * camera.focal.y,
             z_axis: camera.forward,
             centre: camera.centre,
+            scale: DVec2::ONE,
             width: camera.width,
             height: camera.height,
             near: camera.znear,
@@ -98,18 +114,22 @@ impl Projection {
         self.axes() * (point - self.origin)
     }
 
-    /// Texel coordinates (x, y) and depth in world units along `z_axis`.
+    /// Texel coordinates (x, y) and depth in world units.
     pub fn texel_from_point(&self, point: DVec3) -> DVec3 {
         let q = self.projected_from_point(point);
-        let texel = match self.kind {
-            Kind::Parallel => q.truncate(),
-            Kind::Perspective => q.truncate() / q.z,
+        let (texel, depth) = match self.kind {
+            Kind::Parallel => (q.truncate(), q.z),
+            Kind::Perspective => (q.truncate() / q.z, q.z),
+            Kind::Paraboloid => {
+                let length = q.length();
+                (self.scale * q.truncate() / (length + q.z), length)
+            }
         };
-        (texel + self.centre).extend(q.z)
+        (texel + self.centre).extend(depth)
     }
 
-    /// The light ray of a place in the map: a point on it and its direction; the component of the
-    /// direction along `z_axis` is 1.
+    /// The light ray of a place in the map: a point on it and its direction, such that the point
+    /// and `depth` times the direction make the place at that depth.
     pub fn ray_from_texel(&self, texel: DVec2) -> (DVec3, DVec3) {
         let centred = texel - self.centre;
         let steps = self.steps();
@@ -119,6 +139,12 @@ impl Projection {
                 steps.z_axis,
             ),
             Kind::Perspective => (self.origin, steps * centred.extend(1.0)),
+            Kind::Paraboloid => {
+                let plane = centred / self.scale;
+                let squared = plane.length_squared();
+                let ray = (2.0 * plane).extend(1.0 - squared) / (1.0 + squared);
+                (self.origin, steps * ray)
+            }
         }
     }
 
@@ -133,17 +159,41 @@ impl Projection {
         let (z, ray) = match self.kind {
             Kind::Parallel => (1.0, steps.z_axis),
             Kind::Perspective => (self.projected_from_point(point).z, point - self.origin),
+            Kind::Paraboloid => {
+                // The stereographic projection scales alike in all directions.
+                let q = self.projected_from_point(point);
+                let width = q.length() + q.z;
+                return width * width / (self.scale.x * self.scale.y);
+            }
         };
         // The steps lie in the plane of constant depth; the ray meets it at an angle.
         (steps.x_axis.cross(steps.y_axis).dot(ray.normalize()) * z * z).abs()
     }
 
-    /// Homogeneous (column, row, depth, w) in texels from a point in the world; divide by w.
+    /// The width of the widest texel's beam in world units, at a depth of 1 where the rays part.
+    pub fn beam_width(&self) -> f64 {
+        match self.kind {
+            Kind::Parallel | Kind::Perspective => {
+                let steps = self.steps();
+                steps.x_axis.length().max(steps.y_axis.length())
+            }
+            Kind::Paraboloid => 2.0 / self.scale.min_element(),
+        }
+    }
+
+    /// Whether a beam is as wide as its depth is large.
+    pub fn beams_widen(&self) -> bool {
+        self.kind != Kind::Parallel
+    }
+
+    /// Homogeneous (column, row, depth, w) in texels from a point in the world; divide by w. Of a
+    /// paraboloid, which has no such matrix, the point in the axes that it is taken in.
     pub fn texel_from_world(&self) -> DMat4 {
         let (offset, scale) = self.depth_from_z();
         let q = DMat4::from_mat3(self.axes()) * DMat4::from_translation(-self.origin);
         let rows = q.transpose();
         let w = match self.kind {
+            Kind::Paraboloid => return q,
             Kind::Parallel => DVec4::W,
             Kind::Perspective => rows.z_axis,
         };
@@ -167,11 +217,14 @@ impl Projection {
 
     /// What the shaders' projection space is scaled by: products of three of its coordinates must
     /// stay within float32, whatever the world's unit of length. A power of two, which rounds nothing.
-    fn unit(&self) -> f64 {
-        match self.kind {
+    pub fn unit(&self) -> f64 {
+        let length = match self.kind {
             Kind::Parallel => 1.0,
-            Kind::Perspective => (-self.near.log2().round()).clamp(-100.0, 100.0).exp2(),
-        }
+            // A camera may see to infinity.
+            Kind::Perspective if !self.normalizes_depth => self.near,
+            Kind::Perspective | Kind::Paraboloid => self.far,
+        };
+        (-length.log2().round()).clamp(-100.0, 100.0).exp2()
     }
 
     /// For the shaders; positions there are relative to `scene_origin`.
@@ -194,6 +247,8 @@ impl Projection {
             padding: 0,
             centre: self.centre.as_vec2().to_array(),
             size: [self.width, self.height],
+            scale: self.scale.as_vec2().to_array(),
+            more_padding: [0; 2],
             step_x: padded(steps.x_axis),
             step_y: padded(steps.y_axis),
             step_z: padded(steps.z_axis),
@@ -206,15 +261,16 @@ mod tests {
     use super::*;
     use glam::DQuat;
 
-    fn projections() -> [Projection; 2] {
+    fn projections() -> [Projection; 3] {
         let rotation = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(0.4);
-        [Kind::Parallel, Kind::Perspective].map(|kind| Projection {
+        [Kind::Parallel, Kind::Perspective, Kind::Paraboloid].map(|kind| Projection {
             kind,
             origin: DVec3::new(3.0, -2.0, 5.0),
-            x_axis: rotation * DVec3::X * 30.0,
-            y_axis: rotation * DVec3::NEG_Y * 40.0,
+            x_axis: rotation * DVec3::X * if kind == Kind::Paraboloid { 1.0 } else { 30.0 },
+            y_axis: rotation * DVec3::NEG_Y * if kind == Kind::Paraboloid { 1.0 } else { 40.0 },
             z_axis: rotation * DVec3::NEG_Z,
             centre: DVec2::new(17.0, 9.5),
+            scale: DVec2::new(8.0, 9.0),
             width: 34,
             height: 19,
             near: 0.5,
@@ -241,7 +297,7 @@ mod tests {
     #[test]
     fn matrix_agrees_with_the_functions() {
         let point = DVec3::new(1.0, -4.0, -3.0);
-        for projection in projections() {
+        for projection in &projections()[..2] {
             let homogeneous = projection.texel_from_world() * point.extend(1.0);
             let texel = projection.texel_from_point(point);
             let there = homogeneous.truncate() / homogeneous.w;

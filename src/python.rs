@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::gpu;
 use crate::light::Light;
 use crate::methods::{Method, Parameters, Value};
+use crate::passes::rasterize::Counters;
 use crate::reference::{self, Reference};
 use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
 use crate::scene::Scene;
@@ -198,19 +199,41 @@ struct PyLight(Light);
 impl PyLight {
     #[staticmethod]
     fn directional(direction: PyReadonlyArray1<f64>) -> PyResult<Self> {
-        let direction = direction.as_array();
-        if direction.len() != 3 {
-            return Err(PyValueError::new_err(format!(
-                "light direction must have shape (3,), got ({},)",
-                direction.len()
-            )));
-        }
-        Ok(Self(Light::directional(DVec3::new(
-            direction[0],
-            direction[1],
-            direction[2],
-        ))?))
+        Ok(Self(Light::directional(vector("direction", &direction)?)?))
     }
+
+    #[staticmethod]
+    fn point(position: PyReadonlyArray1<f64>) -> PyResult<Self> {
+        Ok(Self(Light::point(vector("position", &position)?)?))
+    }
+
+    #[staticmethod]
+    fn spot(
+        position: PyReadonlyArray1<f64>,
+        direction: PyReadonlyArray1<f64>,
+        outer: f64,
+    ) -> PyResult<Self> {
+        let position = vector("position", &position)?;
+        let direction = vector("direction", &direction)?;
+        Ok(Self(Light::spot(position, direction, outer)?))
+    }
+
+    #[staticmethod]
+    fn hemisphere(position: PyReadonlyArray1<f64>, axis: PyReadonlyArray1<f64>) -> PyResult<Self> {
+        let position = vector("position", &position)?;
+        Ok(Self(Light::hemisphere(position, vector("axis", &axis)?)?))
+    }
+}
+
+fn vector(name: &str, array: &PyReadonlyArray1<f64>) -> PyResult<DVec3> {
+    let array = array.as_array();
+    if array.len() != 3 {
+        return Err(PyValueError::new_err(format!(
+            "light {name} must have shape (3,), got ({},)",
+            array.len()
+        )));
+    }
+    Ok(DVec3::new(array[0], array[1], array[2]))
 }
 
 fn value_to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
@@ -294,13 +317,12 @@ fn render<'py>(
         let cache = &scene.cache;
         let scene = scene.read();
         let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
-        let layers = &rendered.projections;
-        let warps = &rendered.warps;
+        let layers = &rendered.layers;
         let aliasing_error = asks_for_aliasing.then(|| {
-            aliasing::aliasing_error(&scene, camera, light, layers, warps, &rendered.triangle_id)
+            aliasing::aliasing_error(&scene, camera, light, layers, &rendered.triangle_id)
         });
         let effective_resolution = asks_for("max_effective_resolution")
-            .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers, warps));
+            .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
         Ok::<_, Error>((rendered, aliasing_error, effective_resolution))
     })?;
 
@@ -311,8 +333,7 @@ fn render<'py>(
         triangle_id,
         shadow_map,
         importance_maps,
-        warps,
-        projections,
+        layers,
         timings,
         stats,
         adapter,
@@ -328,10 +349,11 @@ fn render<'py>(
         result.set_item("triangle_id", image(py, shape, triangle_id))?;
     }
     if wanted.shadow_map {
-        let (height, width) = projections
-            .first()
-            .map_or((0, 0), |p| (p.height as usize, p.width as usize));
-        let maps = Array3::from_shape_vec((projections.len(), height, width), shadow_map)
+        let (height, width) = layers.first().map_or((0, 0), |layer| {
+            let map = &layer.fitted.projection;
+            (map.height as usize, map.width as usize)
+        });
+        let maps = Array3::from_shape_vec((layers.len(), height, width), shadow_map)
             .expect("every layer has the size of the first");
         result.set_item("shadow_map", PyArray3::from_owned_array(py, maps))?;
     }
@@ -342,19 +364,23 @@ fn render<'py>(
         let maps = maps.expect("one block for each map");
         result.set_item("importance_map", PyArray3::from_owned_array(py, maps))?;
     }
-    if asks_for("warp_map") {
-        let maps = warps
-            .into_iter()
-            .map(|warp| (warp.functions, warp.boundaries, warp.values));
-        let maps = stacked(maps.collect(), 2);
-        result.set_item("warp_map", PyArray4::from_owned_array(py, maps))?;
-    }
     if asks_for("light_matrix") {
-        let matrices: Vec<_> = projections.iter().map(|p| p.texel_from_world()).collect();
+        let matrices: Vec<_> = layers
+            .iter()
+            .map(|layer| layer.fitted.projection.texel_from_world())
+            .collect();
         let matrices = Array3::from_shape_fn((matrices.len(), 4, 4), |(layer, row, column)| {
             matrices[layer].col(column)[row]
         });
         result.set_item("light_matrix", matrices.to_pyarray(py))?;
+    }
+    if asks_for("warp_map") {
+        let maps = layers
+            .into_iter()
+            .filter_map(|layer| layer.warp)
+            .map(|warp| (warp.functions, warp.boundaries, warp.values));
+        let maps = stacked(maps.collect(), 2);
+        result.set_item("warp_map", PyArray4::from_owned_array(py, maps))?;
     }
     let times = PyDict::new(py);
     for (label, milliseconds) in timings {
@@ -488,14 +514,25 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
     result.set_item("triangles", stats.triangles)?;
     result.set_item("degenerate_triangles", stats.degenerate_triangles)?;
     result.set_item("layers", stats.layers)?;
-    for (label, counters) in &stats.rasterized {
+    result.set_item("skipped_layers", stats.skipped_layers)?;
+    let mut labels: Vec<_> = stats.rasterized.iter().map(|(label, _)| *label).collect();
+    labels.dedup();
+    for label in labels {
+        // Summed over layers.
+        let of_label = || stats.rasterized.iter().filter(|(known, _)| *known == label);
+        let sum = |value: fn(&Counters) -> u32| -> usize {
+            of_label()
+                .map(|(_, counters)| value(counters) as usize)
+                .sum()
+        };
+        let (outside, behind) = (sum(|c| c.outside), sum(|c| c.behind));
         let pass = PyDict::new(py);
-        let culled = (counters.outside + counters.behind) as usize;
-        pass.set_item("rasterized", stats.triangles - culled)?;
-        pass.set_item("culled_outside", counters.outside)?;
-        pass.set_item("culled_by_depth", counters.behind)?;
-        pass.set_item("work_items", counters.items)?;
-        pass.set_item("coarse_tiles", counters.coarse_tiles)?;
+        let all = stats.triangles * of_label().count();
+        pass.set_item("rasterized", all - outside - behind)?;
+        pass.set_item("culled_outside", outside)?;
+        pass.set_item("culled_by_depth", behind)?;
+        pass.set_item("work_items", sum(|c| c.items))?;
+        pass.set_item("coarse_tiles", sum(|c| c.coarse_tiles))?;
         result.set_item(label, pass)?;
     }
     for (label, facts) in &stats.facts {
@@ -505,9 +542,9 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         }
         result.set_item(label, pass)?;
     }
-    if let Some((seen, facing)) = stats.receivers {
-        result.set_item("covered_pixels", seen)?;
-        result.set_item("facing_pixels", facing)?;
+    if let Some(counts) = stats.receivers {
+        result.set_item("covered_pixels", counts.seen)?;
+        result.set_item("facing_pixels", counts.facing)?;
     }
     result.set_item("skipped", &stats.skipped)?;
     Ok(result)

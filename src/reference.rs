@@ -346,15 +346,30 @@ fn shade(
     light: &Light,
     receiver: &Receiver,
 ) -> (f32, bool) {
-    let to_light = light.vector_from_point(camera.eye + receiver.point);
-    let distance = match light {
-        Light::Directional { .. } => f64::INFINITY,
+    // Relative to the eye first: so far from the origin nothing is lost.
+    let to_light = match light.position() {
+        Some(position) => (position - camera.eye) - receiver.point,
+        None => light.vector_from_point(camera.eye),
     };
+    let distance = light
+        .position()
+        .map_or(f64::INFINITY, |_| to_light.length());
+    if distance <= receiver.margin {
+        // The light is where the receiver is.
+        return (1.0, true);
+    }
     let direction = to_light.normalize();
     let cosine = receiver.normal.dot(direction);
-    let facing_margin = ROUNDING + receiver.margin / distance;
-    let may_turn = cosine.abs() <= facing_margin || receiver.edge_on;
-    if cosine <= 0.0 && !may_turn {
+    let angle_margin = ROUNDING + receiver.margin / distance;
+    // How far within the light's cone, and by how much that may change.
+    let (depth_in_cone, cone_margin) = light.cone().map_or((1.0, 0.0), |cone| {
+        let along = -direction.dot(cone.axis);
+        let sine = (1.0 - along * along).max(0.0).sqrt();
+        (along - cone.cosine, ROUNDING + sine * angle_margin)
+    });
+    let may_turn =
+        cosine.abs() <= angle_margin || receiver.edge_on || depth_in_cone.abs() <= cone_margin;
+    if (cosine <= 0.0 || depth_in_cone < 0.0) && !may_turn {
         return (0.0, false);
     }
     let ray = Ray::new(receiver.point, direction, (0.0, distance), receiver.margin);
@@ -380,7 +395,7 @@ fn shade(
         return (0.0, false);
     }
     let hit = candidates.iter().any(|(_, contact)| contact.hit.is_some());
-    let lit = cosine > 0.0 && !hit;
+    let lit = cosine > 0.0 && depth_in_cone >= 0.0 && !hit;
     (lit as u8 as f32, !candidates.is_empty() || may_turn)
 }
 

@@ -7,10 +7,9 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
-use crate::methods::{Method, Recorded, View};
+use crate::methods::{Fitted, Layer, Method, Plan, ReceiverCounts, Recorded, View};
 use crate::passes::rasterize::{Counters, Target, had_room};
 use crate::passes::{Facts, Inputs, shadow_map, visibility};
-use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::warp::Warp;
 use std::sync::{Arc, Mutex};
@@ -34,13 +33,17 @@ pub struct Rendered {
     pub shadow_map: Vec<f32>,
     /// (functions, cells, values) of each layer that has one; empty unless asked for.
     pub importance_maps: Vec<(usize, usize, Vec<f32>)>,
-    /// Of each layer that has one; empty unless asked for.
-    pub warps: Vec<Warp>,
-    /// Of each layer.
-    pub projections: Vec<Projection>,
+    pub layers: Vec<RenderedLayer>,
     pub timings: Timings,
     pub stats: Stats,
     pub adapter: AdapterDescription,
+}
+
+/// Where a layer took the light's rays.
+pub struct RenderedLayer {
+    pub fitted: Fitted,
+    /// None where it has none, or it was not asked for.
+    pub warp: Option<Warp>,
 }
 
 /// Counters of a frame.
@@ -52,11 +55,13 @@ pub struct Stats {
     pub rasterized: Vec<(&'static str, Counters)>,
     /// Of other passes, by their labels.
     pub facts: Vec<(&'static str, Facts)>,
-    /// (pixels that see a surface, pixels whose surface faces the light), where a method counts them.
-    pub receivers: Option<(u32, u32)>,
+    /// Where a method counts them.
+    pub receivers: Option<ReceiverCounts>,
     /// Stages that this frame did not need.
     pub skipped: Vec<&'static str>,
     pub layers: usize,
+    /// Layers that no receiver fell in.
+    pub skipped_layers: usize,
 }
 
 /// What stays on the device between frames of one scene.
@@ -174,32 +179,44 @@ fn try_render(
         .triangle_id
         .then(|| frame.read::<u64>(Source::Kept(&visibility_buffer), pixels))
         .transpose()?;
-    let mut projections = Vec::new();
+    let mut rendered_layers = Vec::new();
     let mut maps = Vec::new();
     let mut importance_maps = Vec::new();
-    let mut warp_maps = Vec::new();
-    for layer in layers {
+    for Layer {
+        plan,
+        comparison,
+        texels,
+    } in layers
+    {
+        let Plan {
+            fitted,
+            warp,
+            importance,
+        } = plan;
         if outputs.shadow_map {
-            let texels = layer.projection.texel_count();
-            maps.push(match layer.comparison.target() {
-                Target::Depth => MapRead::Depth(frame.read(Source::Taken(layer.texels), texels)?),
+            let count = fitted.projection.texel_count();
+            maps.push(match comparison.target() {
+                Target::Depth => MapRead::Depth(frame.read(Source::Taken(texels), count)?),
                 Target::DepthTriangle => {
-                    MapRead::DepthTriangle(frame.read(Source::Taken(layer.texels), texels)?)
+                    MapRead::DepthTriangle(frame.read(Source::Taken(texels), count)?)
                 }
             });
         }
-        projections.push(layer.projection);
-        if let Some(importance) = layer.importance.filter(|_| outputs.importance_map) {
+        if let Some(importance) = importance.filter(|_| outputs.importance_map) {
             let count = importance.functions as usize * importance.cells as usize;
             let read = frame.read::<u32>(Source::Kept(&importance.buffer), count)?;
             importance_maps.push((importance, read));
         }
-        if let Some(warp) = layer.warp.filter(|_| outputs.warp_map) {
-            let layout = warp.layout;
-            let count = layout.functions[0] as usize * (layout.cells[0] as usize + 1);
-            let read = frame.read::<f32>(Source::Kept(&warp.table), 2 * count)?;
-            warp_maps.push((layout, read));
-        }
+        let warp = match warp.filter(|_| outputs.warp_map) {
+            Some(warp) => {
+                let layout = warp.layout;
+                let count = layout.functions[0] as usize * (layout.cells[0] as usize + 1);
+                let read = frame.read::<f32>(Source::Kept(&warp.table), 2 * count)?;
+                Some((layout, read))
+            }
+            None => None,
+        };
+        rendered_layers.push((fitted, warp));
     }
     let results = view.submit()?;
     let finished = view.finish();
@@ -231,13 +248,17 @@ fn try_render(
         let values = bits.into_iter().map(|bits| map.value_from_bits(bits));
         importances.push((map.functions as usize, map.cells as usize, values.collect()));
     }
-    let mut warps = Vec::new();
-    for (layout, read) in &warp_maps {
-        warps.push(Warp {
-            functions: layout.functions[0] as usize,
-            boundaries: layout.cells[0] as usize + 1,
-            values: results.take(read)?,
-        });
+    let mut layers = Vec::new();
+    for (fitted, warp) in rendered_layers {
+        let warp = match warp {
+            Some((layout, read)) => Some(Warp {
+                functions: layout.functions[0] as usize,
+                boundaries: layout.cells[0] as usize + 1,
+                values: results.take(&read)?,
+            }),
+            None => None,
+        };
+        layers.push(RenderedLayer { fitted, warp });
     }
     let triangle_id = match &keys {
         Some(keys) => {
@@ -253,17 +274,17 @@ fn try_render(
         triangle_id,
         shadow_map,
         importance_maps: importances,
-        warps,
         stats: Stats {
             triangles: scene.triangles().len(),
             degenerate_triangles: scene.degenerate_count(),
             rasterized: finished.counters,
             facts: finished.facts,
-            receivers: finished.bounds.map(|bounds| (bounds.seen, bounds.facing)),
+            receivers: finished.receiver_counts,
             skipped: finished.skipped,
-            layers: projections.len(),
+            layers: layers.len(),
+            skipped_layers: finished.skipped_layers,
         },
-        projections,
+        layers,
         timings: finished.frame.timings(),
         adapter: gpu.adapter.clone(),
     };

@@ -21,7 +21,7 @@ def views_file(tmp_path):
     path = tmp_path / "views.json"
     camera = {"eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 60}
     lights = [
-        {"kind": "point", "position": [0, 9, 0]},
+        {"kind": "area", "position": [0, 9, 0]},
         {"kind": "directional", "direction": [0, -2, 0]},
     ]
     entry = {"file": "plane_and_box", "cameras": [camera], "lights": lights}
@@ -138,7 +138,7 @@ def test_a_bad_file_of_views_is_one_line(content, tmp_path, capfd):
 def test_a_light_of_another_kind_is_refused(views_file, capfd):
     arguments = ["render", "plane_and_box", "-o", "x.png", "--views", views_file, "--light", "0"]
     assert cli.main(arguments) == 2
-    assert "light must be directional, got 0, a point" in capfd.readouterr().err
+    assert "light must be directional, point or spot, got 0, a area" in capfd.readouterr().err
 
 
 def test_a_machine_without_a_device_is_one_line(monkeypatch, capfd):

@@ -112,7 +112,7 @@ def test_node_transforms_are_applied(path):
 def test_cameras_and_lights_of_a_file(path):
     half = math.sqrt(0.5)
     nodes = [
-        {"translation": [0, 0, 3], "scale": [2, 2, 2], "children": [1, 2, 3, 4, 5, 6]},
+        {"translation": [0, 0, 3], "scale": [2, 2, 2], "children": [1, 2, 3, 4, 5, 6, 8, 9]},
         {"name": "Eye", "camera": 0, "translation": [1, 0, 0], "mesh": 0, "children": [7]},
         {"camera": 0},
         {"name": "Plan", "camera": 1},
@@ -122,9 +122,15 @@ def test_cameras_and_lights_of_a_file(path):
             "rotation": [-half, 0, 0, half],
             "extensions": {"KHR_lights_punctual": {"light": 0}},
         },
-        {"extensions": {"KHR_lights_punctual": {"light": 1}}},
+        {"extensions": {"KHR_lights_punctual": {"light": 1}}, "translation": [0, 0, 5]},
         {"name": "Eye", "camera": 2},
         {"mesh": 0, "translation": [0, 0, 1]},
+        {
+            "name": "Torch",
+            "rotation": [-half, 0, 0, half],
+            "extensions": {"KHR_lights_punctual": {"light": 2}},
+        },
+        {"extensions": {"KHR_lights_punctual": {"light": 3}}},
     ]
     cameras = [
         {
@@ -134,7 +140,12 @@ def test_cameras_and_lights_of_a_file(path):
         {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}},
         {"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.2}},
     ]
-    lights = [{"type": "directional", "name": "sun"}, {"type": "point", "name": "Lamp"}]
+    lights = [
+        {"type": "directional", "name": "sun"},
+        {"type": "point", "name": "Lamp"},
+        {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}},
+        {"type": "area", "name": "Panel"},
+    ]
     document = gltf(nodes, cameras=cameras, extensions={"KHR_lights_punctual": {"lights": lights}})
     scene = lx.load(write(path, document), height=100)
     assert list(scene.cameras) == ["Eye", "camera", "Eye_1"]
@@ -145,9 +156,14 @@ def test_cameras_and_lights_of_a_file(path):
     assert eye.yfov == pytest.approx(0.7)
     assert scene.cameras["Eye_1"].width == 178
     assert scene.cameras["Eye_1"].zfar == math.inf
-    assert list(scene.lights) == ["Sun"]
-    assert np.allclose(scene.lights["Sun"].direction, (0, -1, 0))
-    assert scene.unsupported == ("orthographic camera 'Plan'", "point light 'Lamp'")
+    assert list(scene.lights) == ["Sun", "Lamp", "Torch"]
+    sun, lamp, torch = scene.lights.values()
+    assert np.allclose(sun.direction, (0, -1, 0))
+    assert isinstance(lamp, lx.PointLight)
+    assert isinstance(torch, lx.SpotLight)
+    assert np.allclose(torch.direction, (0, -1, 0))
+    assert (torch.inner, torch.outer) == (0.1, 0.5)
+    assert scene.unsupported == ("orthographic camera 'Plan'", "area light 'Panel'")
     # Meshes at and below a camera's node are there, and where they belong.
     least = sorted(scene.vertices[scene.faces].min(axis=1).tolist())
     assert np.allclose(least, [[2, 0, 3], [2, 0, 5]])

@@ -36,7 +36,7 @@ from .camera import Camera
 from .compare import Comparison, compare
 from .frame import Frame, render, render_shadows
 from .info import Info, info
-from .light import DirectionalLight, Light
+from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from .load import load
 from .methods import (
     METHODS,
@@ -61,15 +61,18 @@ __all__ = [
     "DeviceError",
     "DirectionalLight",
     "Frame",
+    "HemisphereLight",
     "Info",
     "Light",
     "Method",
     "MinimalShadowMap",
     "NonOrthogonalWarp",
+    "PointLight",
     "RayTraced",
     "RectilinearWarp",
     "Reference",
     "Scene",
+    "SpotLight",
     "Uniform",
     "__version__",
     "compare",

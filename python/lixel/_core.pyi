@@ -90,6 +90,20 @@ class Light:
     def directional(direction: npt.NDArray[np.float64]) -> Light:
         """`direction` (3,) points from the light towards the scene, any length but zero."""
 
+    @staticmethod
+    def point(position: npt.NDArray[np.float64]) -> Light:
+        """Rays from `position` (3,) to all sides."""
+
+    @staticmethod
+    def spot(
+        position: npt.NDArray[np.float64], direction: npt.NDArray[np.float64], outer: float
+    ) -> Light:
+        """Rays within the angle `outer`, radians, of `direction`."""
+
+    @staticmethod
+    def hemisphere(position: npt.NDArray[np.float64], axis: npt.NDArray[np.float64]) -> Light:
+        """Rays to the side of `axis`."""
+
 def methods() -> list[dict[str, Any]]:
     """The one list: `name`, `title`, `citation` and `parameters` (name to default) of each."""
 

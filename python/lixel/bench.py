@@ -21,7 +21,7 @@ import numpy.typing as npt
 from . import _core
 from .camera import Camera
 from .frame import render_shadows
-from .light import Light
+from .light import DirectionalLight, Light
 from .methods import Method
 from .reference import Reference, reference
 from .report import progress, say, table
@@ -173,6 +173,12 @@ def wrong_pixels(visibility: Visibility, truth: Reference) -> int:
 # --- The renderers: from a scene and a light to a function of the camera ---
 
 
+def _direction(light: Light) -> npt.NDArray[np.float64]:
+    if not isinstance(light, DirectionalLight):
+        raise ValueError(f"light must be directional to compare renderers, got {light}")
+    return light.direction
+
+
 def _lixel(scene: Scene, light: Light, method: Method) -> Render:
     return lambda camera: render_shadows(scene, camera, light, method)
 
@@ -190,7 +196,7 @@ def _mitsuba(scene: Scene, light: Light) -> Render:
     parameters["faces"] = scene.faces.ravel()
     parameters.update()
     traced = mi.load_dict({"type": "scene", "mesh": mesh})
-    to_light = mi.Vector3f(*(-light.direction).tolist())
+    to_light = mi.Vector3f(*(-_direction(light)).tolist())
     offset = _offset(scene)
 
     def render(camera: Camera) -> Visibility:
@@ -262,7 +268,7 @@ def _by_rays(
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = (normals / np.where(length > 0, length, 1)).astype(np.float32)
     anchors = corners[:, 0].astype(np.float32)
-    to_light = (-light.direction).astype(np.float32)
+    to_light = (-_direction(light)).astype(np.float32)
     offset = np.float32(_offset(scene))
 
     def render(camera: Camera) -> Visibility:

@@ -25,7 +25,7 @@ from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
-from .light import DirectionalLight, Light
+from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import FORMATS, load
 from .methods import MAP_METHODS, METHODS, Method, method_from
 from .report import milliseconds, say, table
@@ -399,10 +399,17 @@ class Views:
             lights: dict[str, Light] = {}
             unsupported = {}
             for i, light in enumerate(entry.get("lights", [])):
-                if light["kind"] == "directional":
-                    lights[str(i)] = DirectionalLight(light["direction"])
-                else:
-                    unsupported[str(i)] = light["kind"]
+                match light["kind"]:
+                    case "directional":
+                        lights[str(i)] = DirectionalLight(light["direction"])
+                    case "point":
+                        lights[str(i)] = PointLight(light["position"])
+                    case "spot":
+                        outer = math.radians(light["fov_deg"]) / 2
+                        spot = SpotLight(light["position"], light["direction"], outer)
+                        lights[str(i)] = spot
+                    case other:
+                        unsupported[str(i)] = other
         except (AttributeError, KeyError, TypeError) as error:
             raise ValueError(
                 f"views {str(path)!r} must hold cameras with eye, target and fov_y_deg, and lights "
@@ -438,7 +445,8 @@ class Views:
         if "," in text:
             return DirectionalLight(_point("light", text))
         if text in self.unsupported:
-            raise ValueError(f"light must be directional, got {text}, a {self.unsupported[text]}")
+            kind = self.unsupported[text]
+            raise ValueError(f"light must be directional, point or spot, got {text}, a {kind}")
         return _pick("light", text, self.lights)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .camera import Camera
-from .light import DirectionalLight, Light
+from .light import DirectionalLight, Light, PointLight, SpotLight
 
 _GLB_MAGIC = 0x46546C67
 _JSON_CHUNK = 0x4E4F534A
@@ -132,10 +132,18 @@ class Document:
             if held is not None:
                 light = punctual[held["light"]]
                 name = _unused(node.get("name") or light.get("name") or "light", lights)
-                if light["type"] == "directional":
-                    lights[name] = DirectionalLight.from_pose(world_from_node)
-                else:
-                    unsupported.append(f"{light['type']} light {name!r}")
+                match light["type"]:
+                    case "directional":
+                        lights[name] = DirectionalLight.from_pose(world_from_node)
+                    case "point":
+                        lights[name] = PointLight.from_pose(world_from_node)
+                    case "spot":
+                        cone = light.get("spot", {})
+                        outer = cone.get("outerConeAngle", math.pi / 4)
+                        inner = cone.get("innerConeAngle", 0.0)
+                        lights[name] = SpotLight.from_pose(world_from_node, outer, inner)
+                    case other:
+                        unsupported.append(f"{other} light {name!r}")
         return cameras, lights, tuple(unsupported)
 
 

@@ -2,18 +2,66 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arguments import reals, unit_vector
+from .arguments import real, reals, unit_vector
 
 
-@dataclass(frozen=True, init=False, repr=False, eq=False)
-class DirectionalLight:
+class _Light:
+    """What the lights share: immutable values, compared by their fields."""
+
+    _fields: tuple[str, ...]
+    _compiled: _core.Light
+
+    def _set(self, compiled: _core.Light, **fields: npt.NDArray[np.float64] | float) -> None:
+        for name, value in fields.items():
+            if isinstance(value, np.ndarray):
+                value += 0.0  # turns -0.0, which reads badly, into 0.0
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "_compiled", compiled)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a {type(self).__name__} is immutable: cannot set {name}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a {type(self).__name__} is immutable: cannot delete {name}")
+
+    def _values(self) -> tuple[Any, ...]:
+        values = (getattr(self, name) for name in self._fields)
+        return tuple(tuple(v.tolist()) if isinstance(v, np.ndarray) else v for v in values)
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._values() == other._values()
+
+    def __hash__(self) -> int:
+        return hash((type(self), *self._values()))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(map(repr, self._values()))})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._values()
+
+    def _core_light(self) -> _core.Light:
+        return self._compiled
+
+
+def _position(position: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    point = np.array(reals("position", position, 3))
+    if not np.isfinite(point).all():
+        raise ValueError(f"position must be finite, got {point.tolist()}")
+    return point
+
+
+class DirectionalLight(_Light):
     """Parallel rays, as from the sun; immutable.
 
     Parameters
@@ -37,14 +85,12 @@ class DirectionalLight:
     DirectionalLight((0.0, -1.0, 0.0))
     """
 
+    _fields = ("direction",)
     direction: npt.NDArray[np.float64]
 
     def __init__(self, direction: npt.ArrayLike) -> None:
         unit = unit_vector("direction", direction)
-        unit += 0.0  # turns -0.0, which reads badly, into 0.0
-        unit.flags.writeable = False
-        object.__setattr__(self, "direction", unit)
-        object.__setattr__(self, "_compiled", _core.Light.directional(unit))
+        self._set(_core.Light.directional(unit), direction=unit)
 
     @classmethod
     def from_pose(cls, pose: npt.ArrayLike) -> DirectionalLight:
@@ -62,25 +108,177 @@ class DirectionalLight:
         """Vectors from points in world space towards the light, (..., 3) each."""
         return np.broadcast_to(-self.direction, positions.shape)
 
-    def _core_light(self) -> _core.Light:
-        compiled: _core.Light = self.__dict__["_compiled"]
-        return compiled
+    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """Which points in world space, (..., 3), the light would reach in an empty world."""
+        return np.ones(positions.shape[:-1], dtype=bool)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, DirectionalLight):
-            return NotImplemented
-        return bool(np.array_equal(self.direction, other.direction))
 
-    def __hash__(self) -> int:
-        return hash((DirectionalLight, *self.direction.tolist()))
+class PointLight(_Light):
+    """Rays from a point to all sides; immutable.
 
-    def __repr__(self) -> str:
-        return f"DirectionalLight({tuple(self.direction.tolist())})"
+    Parameters
+    ----------
+    position : (3,) float
+        In world space.
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return DirectionalLight, (self.direction,)
+    Attributes
+    ----------
+    position : (3,) float64
+        Read-only.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A position that does not hold three finite real numbers.
+
+    Examples
+    --------
+    >>> PointLight((0, 2, 0))
+    PointLight((0.0, 2.0, 0.0))
+    """
+
+    _fields = ("position",)
+    position: npt.NDArray[np.float64]
+
+    def __init__(self, position: npt.ArrayLike) -> None:
+        point = _position(position)
+        self._set(_core.Light.point(point), position=point)
+
+    @classmethod
+    def from_pose(cls, pose: npt.ArrayLike) -> PointLight:
+        """A light at the origin of a pose, (4, 4) light-to-world."""
+        return cls(reals("pose", pose, 4, 4)[:3, 3])
+
+    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+        """Vectors from points in world space to the light, (..., 3) each."""
+        return self.position - positions
+
+    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """Which points in world space, (..., 3), the light would reach in an empty world."""
+        return np.ones(positions.shape[:-1], dtype=bool)
+
+
+class SpotLight(_Light):
+    """Rays from a point within a cone, as glTF's spot lights; immutable.
+
+    Parameters
+    ----------
+    position : (3,) float
+        In world space.
+    direction : (3,) float
+        Of the cone's axis, away from the light, any length but zero.
+    outer : float
+        Angle between the axis and the edge of the cone, in radians, above 0 and at most pi / 2.
+        What lies outside is not lit.
+    inner : float
+        Angle at which the light begins to fade towards the edge, at least 0 and below `outer`. Hard
+        shadows do not ask for it; it is kept for whoever shades the picture.
+
+    Attributes
+    ----------
+    position, direction : (3,) float64
+        Read-only; the direction has length 1.
+    outer, inner : float
+
+    Raises
+    ------
+    TypeError, ValueError
+        Values of another kind or out of range; the message names the argument.
+
+    Examples
+    --------
+    >>> SpotLight((0, 2, 0), (0, -1, 0), outer=0.5).inner
+    0.0
+    """
+
+    _fields = ("position", "direction", "outer", "inner")
+    position: npt.NDArray[np.float64]
+    direction: npt.NDArray[np.float64]
+    outer: float
+    inner: float
+
+    def __init__(
+        self,
+        position: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        outer: float = math.pi / 4,
+        inner: float = 0.0,
+    ) -> None:
+        point, unit = _position(position), unit_vector("direction", direction)
+        outer, inner = real("outer", outer), real("inner", inner)
+        if not 0.0 < outer <= math.pi / 2:
+            raise ValueError(f"outer must be above 0 and at most pi / 2, got {outer}")
+        if not 0.0 <= inner < outer:
+            raise ValueError(f"inner must be at least 0 and below outer, {outer}, got {inner}")
+        compiled = _core.Light.spot(point, unit, outer)
+        self._set(compiled, position=point, direction=unit, outer=outer, inner=inner)
+
+    @classmethod
+    def from_pose(
+        cls, pose: npt.ArrayLike, outer: float = math.pi / 4, inner: float = 0.0
+    ) -> SpotLight:
+        """A light at the origin of a pose, (4, 4) light-to-world, that looks along its -Z."""
+        matrix = reals("pose", pose, 4, 4)
+        return cls(matrix[:3, 3], -matrix[:3, 2], outer, inner)
+
+    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+        """Vectors from points in world space to the light, (..., 3) each."""
+        return self.position - positions
+
+    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """Which points in world space, (..., 3), the light would reach in an empty world."""
+        return _in_cone(positions - self.position, self.direction, math.cos(self.outer))
+
+
+class HemisphereLight(_Light):
+    """Rays from a point to one side of a plane through it, as a paraboloid map holds; immutable.
+
+    Parameters
+    ----------
+    position : (3,) float
+        In world space.
+    axis : (3,) float
+        The middle of the lit side, away from the light, any length but zero.
+
+    Attributes
+    ----------
+    position, axis : (3,) float64
+        Read-only; the axis has length 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Values of another kind or out of range; the message names the argument.
+
+    Examples
+    --------
+    >>> HemisphereLight((0, 2, 0), (0, -3, 0))
+    HemisphereLight((0.0, 2.0, 0.0), (0.0, -1.0, 0.0))
+    """
+
+    _fields = ("position", "axis")
+    position: npt.NDArray[np.float64]
+    axis: npt.NDArray[np.float64]
+
+    def __init__(self, position: npt.ArrayLike, axis: npt.ArrayLike) -> None:
+        point, unit = _position(position), unit_vector("axis", axis)
+        self._set(_core.Light.hemisphere(point, unit), position=point, axis=unit)
+
+    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+        """Vectors from points in world space to the light, (..., 3) each."""
+        return self.position - positions
+
+    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """Which points in world space, (..., 3), the light would reach in an empty world."""
+        return _in_cone(positions - self.position, self.axis, 0.0)
+
+
+def _in_cone(
+    vectors: npt.NDArray[np.floating], axis: npt.NDArray[np.float64], cosine: float
+) -> npt.NDArray[np.bool_]:
+    return np.asarray(vectors @ axis >= cosine * np.linalg.norm(vectors, axis=-1))
 
 
 # The closed set of lights; a new one joins with `|`.
-Light: TypeAlias = DirectionalLight
-LIGHTS: tuple[type[Light], ...] = (DirectionalLight,)
+Light: TypeAlias = DirectionalLight | PointLight | SpotLight | HemisphereLight
+LIGHTS: tuple[type[Light], ...] = (DirectionalLight, PointLight, SpotLight, HemisphereLight)

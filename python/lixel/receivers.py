@@ -81,7 +81,8 @@ class Receivers:
 
     @cached_property
     def facing(self) -> npt.NDArray[np.bool_]:
-        """(H, W) bool: where the side of the surface that is seen faces the light. All other
-        pixels are in shadow without asking."""
+        """(H, W) bool: where the side of the surface that is seen faces the light and is within
+        its cone, if it has one. All other pixels are in shadow without asking."""
         cosine = np.einsum("hwc,hwc->hw", self.normal, self.light.vectors_from(self.position))
-        return np.asarray(cosine > 0.0)  # False for NaN
+        # False for NaN
+        return np.asarray((cosine > 0.0) & self.light.reaches(self.position))

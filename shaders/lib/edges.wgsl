@@ -1,7 +1,7 @@
 // A triangle in projection space: its edges and its plane.
 //
 // A triangle's edges are planes (central projections) or lines (parallel ones) through the rays'
-// origin: e_i(r) = dot(edge_i, r) with r = (x, y, 1), after Olano and Greer, "Triangle Scan
+// origin: e_i(r) = dot(edge_i, r) with r the ray of a texel, after Olano and Greer, "Triangle Scan
 // Conversion using 2D Homogeneous Coordinates", 1997. A texel is covered where all three are positive,
 // also for a triangle that reaches behind the near plane, so nothing is clipped.
 #import projection
@@ -14,8 +14,7 @@ struct Triangle {
     edge1: vec3<f32>,
     edge2: vec3<f32>,
     plane: vec3<f32>,                   // see `depth_plane`
-    z_low: f32,                         // depths of the corners: no covered texel is beyond them
-    z_high: f32,
+    depths: vec2<f32>,                  // least and greatest: no covered texel is beyond them
 }
 
 fn is_before(a: vec3<f32>, b: vec3<f32>) -> bool {
@@ -31,8 +30,8 @@ fn edge_through(a: vec3<f32>, b: vec3<f32>, orientation: f32) -> vec3<f32> {
     return edge * select(orientation, -orientation, swap);
 }
 
-fn evaluate_edge(edge: vec3<f32>, texel: vec2<f32>) -> f32 {
-    return fma(edge.x, texel.x, fma(edge.y, texel.y, edge.z));
+fn evaluate_edge(edge: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return fma(edge.x, ray.x, fma(edge.y, ray.y, edge.z * ray.z));
 }
 
 fn triangle_from_projected(
@@ -57,8 +56,7 @@ fn triangle_from_projected(
         edge_through(hc, ha, orientation),
         edge_through(ha, hb, orientation),
         depth_plane(normal, a),
-        min(min(a.z, b.z), c.z),
-        max(max(a.z, b.z), c.z),
+        depths_of_triangle(a, b, c),
     );
 }
 

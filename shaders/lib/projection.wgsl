@@ -1,5 +1,7 @@
 // A projection takes a point to (texel, depth) and a texel to its ray. Both directions are pure
-// functions; the parts that differ between kinds of projection are in projection/*.wgsl.
+// functions; the parts that differ between kinds of projection are in projection/*.wgsl. A ray is a
+// direction in projection space such that a point is its depth times the ray; for parallel rays it is
+// (x, y, 1), where they meet the plane q.z = 1.
 //
 // Coordinates of a point in *projection space*: q = (x_axis.p, y_axis.p, z_axis.p), p relative to the
 // projection's origin. Texel coordinates have their origin at the top left corner of the map, y down;
@@ -18,10 +20,18 @@ struct Projection {
     padding: u32,
     centre: vec2<f32>,
     size: vec2<u32>,            // width, height in texels
+    scale: vec2<f32>,           // texels per unit of a paraboloid's plane
+    more_padding: vec2<u32>,
     // World vectors of a unit step along each axis of projection space.
     step_x: vec4<f32>,
     step_y: vec4<f32>,
     step_z: vec4<f32>,
+}
+
+// A box of centred texels.
+struct Extent {
+    low: vec2<f32>,
+    high: vec2<f32>,
 }
 
 fn projected_from_offset(projection: Projection, p: vec3<f32>) -> vec3<f32> {

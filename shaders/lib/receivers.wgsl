@@ -12,8 +12,16 @@ struct Receivers {
     centre: vec2<f32>,          // of the image, in pixels
     constant_bias: f32,         // world units
     slope_bias: f32,            // texels
-    light_direction: vec3<f32>, // from the light towards the scene
+    // From the light to a receiver: this, plus the receiver relative to the eye where `is_local` is 1.
+    from_light: vec3<f32>,
+    is_local: f32,
+    cone_axis: vec3<f32>,       // the light reaches directions within its cone
+    cone_cosine: f32,
+    // Which receivers the layer is for: half-spaces, (normal, offset), in world axes relative to the eye.
+    region: array<vec4<f32>, 4>,
+    beam_bias: f32,             // world units per growth of a texel's beam
     receiver_plane: f32,        // 1: compare with the receiver's plane on the texel's ray, 0: with the receiver
+    padding: vec2<f32>,
     // Rows of the affine map from camera projection space to the light's projection space.
     light_x: vec4<f32>,
     light_y: vec4<f32>,
@@ -26,12 +34,18 @@ struct Receivers {
 // seen. One 64-bit load costs what a 32-bit one does.
 @group(0) @binding(21) var<storage, read> visibility_buffer: array<u64>;
 
+// True where the light has a cone, and where the layer is not for all receivers.
+override has_cone: bool = false;
+override has_region: bool = false;
+
 struct Receiver {
     is_seen: bool,
+    // Whether it is to be tested: faces the light, is in its cone and in the layer's region.
     faces_light: bool,
     q: vec3<f32>,               // position in the light's projection space
     normal: vec3<f32>,          // unit, in world axes, by the triangle's winding
     ray: vec3<f32>,             // from the camera, 1 along its viewing direction
+    from_light: vec3<f32>,      // in world axes; a unit vector where the light is at infinity
     depth: f32,                 // along the viewing direction
     triangle: u32,
 }
@@ -47,13 +61,30 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
         let normal = normal_of_triangle(triangle);
         let xy = vec2<f32>(f32(column), f32(row)) + 0.5 - receivers.centre;
         let ray = receivers.ray_x * xy.x + receivers.ray_y * xy.y + receivers.ray_z;
-        // The camera and the light see the same side of the triangle.
-        receiver.faces_light = dot(normal, ray) * dot(normal, receivers.light_direction) > 0.0;
         let z = bitcast<f32>(u32(key >> 32u));
+        let from_eye = ray * z;
+        let from_light = receivers.from_light + receivers.is_local * from_eye;
+        // The camera and the light see the same side of the triangle.
+        receiver.faces_light = dot(normal, ray) * dot(normal, from_light) > 0.0;
+        if has_cone {
+            let along = dot(from_light, receivers.cone_axis);
+            receiver.faces_light = receiver.faces_light && along >= receivers.cone_cosine * length(from_light);
+        }
+        if has_region {
+            let point = vec4<f32>(from_eye, 1.0);
+            let sides = vec4<f32>(
+                dot(receivers.region[0], point),
+                dot(receivers.region[1], point),
+                dot(receivers.region[2], point),
+                dot(receivers.region[3], point),
+            );
+            receiver.faces_light = receiver.faces_light && all(sides >= vec4<f32>(0.0));
+        }
         let q = vec4<f32>(xy * z, z, 1.0);
         receiver.q = vec3<f32>(dot(receivers.light_x, q), dot(receivers.light_y, q), dot(receivers.light_z, q));
         receiver.normal = normal;
         receiver.ray = ray;
+        receiver.from_light = from_light;
         receiver.depth = z;
         receiver.triangle = triangle;
     }

@@ -1,13 +1,27 @@
 // Parallel rays: a directional light. Texel = (q.x, q.y), depth = q.z.
 #import lib/projection
 
+const HAS_STRAIGHT_EDGES: bool = true;
+
 // The edges and the rays of a parallel projection live in the plane q.z = 1.
 fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(q.xy, 1.0);
 }
 
-fn centred_texel_from_projected(q: vec3<f32>) -> vec2<f32> {
+fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
     return q.xy;
+}
+
+fn depth_from_projected(q: vec3<f32>) -> f32 {
+    return q.z;
+}
+
+fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy, 1.0);
+}
+
+fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
+    return vec3<f32>(centred, 1.0);
 }
 
 // Depth is linear in the texel: the coefficients of the plane with a normal (a covector of projection
@@ -17,16 +31,40 @@ fn depth_plane(normal: vec3<f32>, q: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(slope, q.z - dot(slope, q.xy));
 }
 
-fn depth_on_plane(plane: vec3<f32>, centred_texel: vec2<f32>) -> f32 {
-    return fma(plane.x, centred_texel.x, fma(plane.y, centred_texel.y, plane.z));
+fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
+}
+
+// Depth per texel of the plane through a point.
+fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+    return -normal.xy / normal.z;
+}
+
+// Depth of the plane through a point where a ray `step` texels away meets it.
+fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>) -> f32 {
+    return q.z + dot(-normal.xy / normal.z, step);
+}
+
+// How much wider a texel's beam is there than at the depth that widths are given for.
+fn beam_growth(depth: f32) -> f32 {
+    return 1.0;
+}
+
+fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Extent {
+    return Extent(min(min(a.xy, b.xy), c.xy), max(max(a.xy, b.xy), c.xy));
+}
+
+// Least and greatest depth of a triangle, or a little beyond.
+fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
+    return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
+}
+
+// A bound of an edge's function in a box of centred texels.
+fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
+    return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + 1e-6 * abs(edge.z);
 }
 
 // Casters nearer than the nearest depth are drawn at it, as pancaking does.
 fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
     return max(z, z_min);
-}
-
-// Everything is in front of a parallel projection.
-fn is_in_front(q: vec3<f32>, z_min: f32) -> bool {
-    return true;
 }

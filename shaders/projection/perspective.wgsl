@@ -1,12 +1,27 @@
-// Rays from one point through a plane: the camera. Texel = q.xy / q.z, depth = q.z.
+// Rays from one point through a plane: the camera, a spot light, a face of a cube around a light.
+// Texel = q.xy / q.z, depth = q.z.
 #import lib/projection
+
+const HAS_STRAIGHT_EDGES: bool = true;
 
 fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
     return q;
 }
 
-fn centred_texel_from_projected(q: vec3<f32>) -> vec2<f32> {
+fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
     return q.xy / q.z;
+}
+
+fn depth_from_projected(q: vec3<f32>) -> f32 {
+    return q.z;
+}
+
+fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy / q.z, 1.0);
+}
+
+fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
+    return vec3<f32>(centred, 1.0);
 }
 
 // One over depth is linear in the texel: the coefficients of the plane with a normal (a covector of
@@ -15,15 +30,69 @@ fn depth_plane(normal: vec3<f32>, q: vec3<f32>) -> vec3<f32> {
     return normal / dot(normal, q);
 }
 
-fn depth_on_plane(plane: vec3<f32>, centred_texel: vec2<f32>) -> f32 {
-    return 1.0 / fma(plane.x, centred_texel.x, fma(plane.y, centred_texel.y, plane.z));
+fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return 1.0 / fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
+}
+
+// Depth per texel of the plane through a point.
+fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+    return -normal.xy * q.z * q.z / dot(normal, q);
+}
+
+// Depth of the plane through a point where a ray `step` texels away meets it; no more than twice as
+// near or as far, because a plane at grazing incidence ends within a texel.
+fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>) -> f32 {
+    let growth = 1.0 + q.z * dot(normal.xy, step) / dot(normal, q);
+    return q.z / clamp(growth, 0.5, 2.0);
+}
+
+// How much wider a texel's beam is there than at the depth that widths are given for.
+fn beam_growth(depth: f32) -> f32 {
+    return depth;
+}
+
+fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Extent {
+    let texel = a.xy / a.z;
+    let is_seen = a.z >= projection.z_min;
+    return Extent(
+        select(extent.low, min(extent.low, texel), is_seen),
+        select(extent.high, max(extent.high, texel), is_seen),
+    );
+}
+
+// Where the edge from a to b meets the near plane, if the plane lies between them.
+fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: vec3<f32>) -> Extent {
+    let crosses = (a.z >= projection.z_min) != (b.z >= projection.z_min);
+    let t = (projection.z_min - a.z) / select(1.0, b.z - a.z, crosses);
+    let texel = mix(a.xy, b.xy, t) / projection.z_min;
+    return Extent(
+        select(extent.low, min(extent.low, texel), crosses),
+        select(extent.high, max(extent.high, texel), crosses),
+    );
+}
+
+// Of the part in front of the near plane.
+fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Extent {
+    var extent = Extent(vec2<f32>(3.0e38), vec2<f32>(-3.0e38));
+    extent = grown_by_corner(projection, extent, a);
+    extent = grown_by_corner(projection, extent, b);
+    extent = grown_by_corner(projection, extent, c);
+    extent = grown_by_crossing(projection, extent, a, b);
+    extent = grown_by_crossing(projection, extent, b, c);
+    return grown_by_crossing(projection, extent, c, a);
+}
+
+// Least and greatest depth of a triangle, or a little beyond.
+fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
+    return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
+}
+
+// A bound of an edge's function in a box of centred texels.
+fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
+    return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + 1e-6 * abs(edge.z);
 }
 
 // What is nearer than the near plane is not seen.
 fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
     return z;
-}
-
-fn is_in_front(q: vec3<f32>, z_min: f32) -> bool {
-    return q.z >= z_min;
 }

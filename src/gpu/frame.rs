@@ -13,7 +13,7 @@ use wgpu::util::DeviceExt;
 pub type Timings = Vec<(&'static str, f64)>;
 
 /// At most this many passes in one submission.
-const MOST_PASSES: u32 = 64;
+const MOST_PASSES: u32 = 256;
 
 /// Records passes and submits them; a frame may be submitted several times where the CPU needs an
 /// answer in between.

@@ -12,7 +12,7 @@ pub(super) struct Pool {
 }
 
 /// At most this many free buffers are kept; the ones freed longest ago go first.
-const CAPACITY: usize = 24;
+const CAPACITY: usize = 64;
 
 /// A buffer that goes back to the pool when it is dropped.
 pub struct PooledBuffer {

@@ -20,6 +20,8 @@ pub struct SceneTables {
     pub unit_normals: wgpu::TextureView,
     /// Positions are relative to this point.
     pub origin: DVec3,
+    /// Least and greatest corner of the scene.
+    pub bounds: (DVec3, DVec3),
     pub triangle_count: u32,
     pub generation: u64,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
@@ -79,6 +81,7 @@ impl SceneTables {
             has_low_parts,
             unit_normals: table("normals", floats, scene.triangles().len())?,
             origin,
+            bounds: scene.bounds(),
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
             hierarchy: Mutex::default(),
@@ -97,6 +100,7 @@ impl SceneTables {
         let (high, low) = split_positions(scene, origin, has_low_parts);
         self.write(gpu, scene, high, low);
         self.origin = origin;
+        self.bounds = scene.bounds();
         self.generation = scene.generation();
         *lock(&self.hierarchy) = None;
         Ok(())
@@ -111,6 +115,12 @@ impl SceneTables {
         let built = Arc::new(HierarchyTables::new(gpu, scene)?);
         *hierarchy = Some(built.clone());
         Ok((built, true))
+    }
+
+    /// The greatest distance of a point of the scene's box.
+    pub fn farthest(&self, point: DVec3) -> f64 {
+        let (low, high) = self.bounds;
+        (point - low).abs().max((point - high).abs()).length()
     }
 
     fn write(&self, gpu: &Gpu, scene: &Scene, high: Vec<Vec4>, low: Vec<Vec4>) {

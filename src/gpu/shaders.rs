@@ -28,6 +28,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/tables"),
     file!("lib/triangles"),
     file!("projection/parallel"),
+    file!("projection/paraboloid"),
     file!("projection/perspective"),
     file!("stored/depth"),
     file!("stored/depth_triangle"),
@@ -117,7 +118,11 @@ mod tests {
         ];
         let mut shaders = Vec::new();
         for file in files {
-            for projection in ["projection/parallel", "projection/perspective"] {
+            for projection in [
+                "projection/parallel",
+                "projection/perspective",
+                "projection/paraboloid",
+            ] {
                 for warp in ["warp/none", "warp/grid"] {
                     for (target, stored) in [
                         ("target/depth", "stored/depth"),

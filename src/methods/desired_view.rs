@@ -11,10 +11,8 @@
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
 use super::fit::Fit;
-use super::parallel_fit::{fit_box, projected_box};
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::projection::Projection;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesiredView {
@@ -37,32 +35,7 @@ impl ShadowMethod for DesiredView {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let Some(projection) = Fit::DesiredView.fit(view, self.map.resolution)? else {
-            return view.all_in_shadow();
-        };
-        view.shadows(&self.map, projection, None, None)
+        let layers = Fit::DesiredView.fit(view, self.map.resolution)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
     }
-}
-
-/// The map over the box, in the axes, of the receivers that face the light, `None` where there are
-/// none. Submits what was recorded so far.
-pub fn fit_receivers(
-    view: &mut View,
-    axes: &Projection,
-    resolution: u32,
-) -> Result<Option<Projection>> {
-    let Some((low, high)) = view.receiver_bounds(axes)? else {
-        return Ok(None);
-    };
-    let casters = projected_box(axes, view.scene.bounds());
-    // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
-    let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
-    let bounds = (low, high);
-    Ok(Some(fit_box(
-        axes,
-        bounds,
-        casters.0.z,
-        resolution,
-        rounding,
-    )))
 }

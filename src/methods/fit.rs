@@ -1,15 +1,15 @@
-//! Fits of one map to the receivers: the step before a map or a warp.
+//! Fits of maps to the receivers: the step before a map or a warp.
 
-use super::View;
-use super::desired_view::fit_receivers;
-use super::parallel_fit::axes_at;
+use super::central_fit::{self, cone_layer, cube_faces, plane_radius};
+use super::parallel_fit::{self, axes_at, projected_box};
 use super::parameters::Value;
+use super::view::{Fitted, View};
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
-use crate::light::Light;
 use crate::passes::outline::Points;
-use crate::projection::Projection;
-use glam::{DMat2, DVec2};
+use crate::projection::{Kind, Projection};
+use crate::region::Region;
+use glam::{DMat2, DVec2, DVec3};
 
 /// How a map is turned around the light's direction, before its sides are fitted to the receivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,27 +35,95 @@ impl Fit {
         Value::Text("desired_view".to_string())
     }
 
-    /// The map around the receivers that face the light, `None` where there are none. Submits what was
-    /// recorded so far.
-    pub fn fit(self, view: &mut View, resolution: u32) -> Result<Option<Projection>> {
-        let Light::Directional { direction } = *view.light;
-        // Around the eye float32 resolves what the camera sees best.
-        let mut axes = axes_at(view.camera.eye, direction);
-        let turn = match self {
-            Self::DesiredView => DVec2::X,
-            Self::MinSm => {
-                let points = view.outline(&axes, Points::Extremes)?;
-                smallest_rectangle(&points).map_or(DVec2::X, |rectangle| rectangle.axis)
-            }
-            Self::PrincipalAxes => principal_axis(&view.outline(&axes, Points::Samples)?),
+    /// The maps around the receivers that face the light: one for parallel rays or a cone, up to six
+    /// faces of a cube for a point. A layer without receivers is left out. Submits what was recorded so
+    /// far.
+    pub fn fit(self, view: &mut View, resolution: u32) -> Result<Vec<Fitted>> {
+        let scene = view.scene.bounds();
+        let mut layers = match (view.light.position(), view.light.cone()) {
+            (None, _) => vec![parallel_layer(view)],
+            (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
+            (Some(position), None) => cube_faces(position, scene),
         };
-        // Less than a quarter of a turn, so that no map lies on its side or its head without a need.
-        let turn = quarter_turned(turn);
-        let (right, down) = (axes.x_axis, axes.y_axis);
-        axes.x_axis = right * turn.x + down * turn.y;
-        axes.y_axis = down * turn.x - right * turn.y;
-        fit_receivers(view, &axes, resolution)
+        for layer in &mut layers {
+            let turn = match self {
+                Self::DesiredView => continue,
+                Self::MinSm => {
+                    let points = view.outline(layer, Points::Extremes)?;
+                    smallest_rectangle(&points).map_or(DVec2::X, |rectangle| rectangle.axis)
+                }
+                Self::PrincipalAxes => principal_axis(&view.outline(layer, Points::Samples)?),
+            };
+            // Less than a quarter of a turn, so that no map lies on its side or its head without a need.
+            let turn = quarter_turned(turn);
+            let axes = &mut layer.projection;
+            let (right, down) = (axes.x_axis, axes.y_axis);
+            axes.x_axis = right * turn.x + down * turn.y;
+            axes.y_axis = down * turn.x - right * turn.y;
+        }
+        fit_receivers(view, layers, resolution)
     }
+}
+
+/// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
+fn parallel_layer(view: &View) -> Fitted {
+    let direction = -view.light.vector_from_point(view.camera.eye);
+    Fitted {
+        projection: axes_at(view.camera.eye, direction),
+        region: Region::everywhere(),
+    }
+}
+
+/// Each layer, given by its axes, cut to the box of its receivers; those without any are left out.
+/// Submits what was recorded so far.
+pub fn fit_receivers(view: &mut View, layers: Vec<Fitted>, resolution: u32) -> Result<Vec<Fitted>> {
+    let boxes = view.receiver_bounds(&layers)?;
+    let mut fitted = Vec::new();
+    for (layer, corners) in layers.into_iter().zip(boxes) {
+        let Some(corners) = corners else {
+            view.skip_layer();
+            continue;
+        };
+        let Fitted { projection, region } = layer;
+        let projection = match projection.kind {
+            Kind::Parallel => parallel_box(view, &projection, corners, resolution),
+            Kind::Perspective | Kind::Paraboloid => {
+                central_box(view, &projection, &region, corners, resolution)
+            }
+        };
+        fitted.push(Fitted { projection, region });
+    }
+    Ok(fitted)
+}
+
+fn parallel_box(
+    view: &View,
+    axes: &Projection,
+    corners: (DVec3, DVec3),
+    resolution: u32,
+) -> Projection {
+    let casters = projected_box(axes, view.scene.bounds());
+    // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
+    let farthest = corners.0.abs().max(corners.1.abs()).length();
+    let rounding = 4.0 * f64::from(f32::EPSILON) * farthest;
+    parallel_fit::fit_box(axes, corners, casters.0.z, resolution, rounding)
+}
+
+fn central_box(
+    view: &View,
+    axes: &Projection,
+    region: &Region,
+    corners: (DVec3, DVec3),
+    resolution: u32,
+) -> Projection {
+    // No receiver of a pyramid or of half of space leaves the unit square of its plane, turned or not.
+    let widest = match view.light.cone() {
+        Some(cone) if region.is_everywhere() => plane_radius(axes.kind, cone.cosine.acos()),
+        _ => std::f64::consts::SQRT_2,
+    };
+    let distances = (view.camera.eye - axes.origin).length() + corners.1.z;
+    let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
+    central_fit::fit_box(axes, corners, 1.001 * widest, resolution, rounding)
 }
 
 /// The direction turned by the quarters that bring it nearest to x.

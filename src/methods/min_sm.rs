@@ -12,7 +12,7 @@
 //! Limits: where the receivers' box is hardly smaller for being turned, little is won.
 
 use super::fit::Fit;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -36,9 +36,7 @@ impl ShadowMethod for MinimalShadowMap {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let Some(projection) = Fit::MinSm.fit(view, self.map.resolution)? else {
-            return view.all_in_shadow();
-        };
-        view.shadows(&self.map, projection, None, None)
+        let layers = Fit::MinSm.fit(view, self.map.resolution)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
     }
 }

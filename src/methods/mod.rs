@@ -3,6 +3,7 @@
 //! A method is straight-line code from handles to a visibility image: it fits a projection and calls
 //! passes. See CONTRIBUTING.md, "How to add a method".
 
+mod central_fit;
 mod desired_view;
 mod fit;
 mod min_sm;
@@ -16,7 +17,7 @@ mod view;
 
 pub use parameters::{MapParameters, Parameters, Value};
 pub use uniform::fit_uniform;
-pub use view::{Layer, Recorded, View};
+pub use view::{Fitted, Layer, Plan, ReceiverCounts, Recorded, View};
 
 use crate::error::{Error, Result};
 

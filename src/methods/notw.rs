@@ -13,7 +13,7 @@
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
 use super::fit::Fit;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::importance_map::Importance;
 use crate::passes::warp_map::{Axis, WarpMap};
@@ -59,24 +59,28 @@ impl ShadowMethod for NonOrthogonalWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let resolution = self.map.resolution;
-        let Some(projection) = self.fit.fit(view, resolution)? else {
-            return view.all_in_shadow();
-        };
         let functions = self.importance_resolution;
-        let warp = WarpMap::new(view.frame(), functions, functions, resolution)?;
-        let mut importance = None;
-        for axis in [Axis::X, Axis::Y] {
-            let counted = match axis {
-                Axis::X => Importance::CountAlongX { functions },
-                Axis::Y => Importance::CountAlongY { functions },
-            };
-            let counts = view.importance_map(&projection, functions, counted, Some(&warp))?;
-            let frame = view.frame();
-            warp.fit_counts(frame, axis, resolution, &counts.buffer, self.smoothing)?;
-            importance.get_or_insert(counts);
+        let mut plans = Vec::new();
+        for fitted in self.fit.fit(view, resolution)? {
+            let warp = WarpMap::new(view.frame(), functions, functions, resolution)?;
+            let mut importance = None;
+            for axis in [Axis::X, Axis::Y] {
+                let counted = match axis {
+                    Axis::X => Importance::CountAlongX { functions },
+                    Axis::Y => Importance::CountAlongY { functions },
+                };
+                let counts = view.importance_map(&fitted, functions, counted, Some(&warp))?;
+                let frame = view.frame();
+                warp.fit_counts(frame, axis, resolution, &counts.buffer, self.smoothing)?;
+                importance.get_or_insert(counts);
+            }
+            warp.finish(view.frame(), resolution);
+            plans.push(Plan {
+                fitted,
+                warp: Some(warp),
+                importance,
+            });
         }
-        warp.finish(view.frame(), resolution);
-
-        view.shadows(&self.map, projection, Some(warp), importance)
+        view.shadows(&self.map, plans)
     }
 }

@@ -1,7 +1,7 @@
 //! Fits of parallel projections, for directional lights.
 
 use crate::projection::{Kind, Projection};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Right, up and forward of a directional light, world units; `forward` is its direction. The world's
 /// Y is up in the map, Z where the light looks along Y.
@@ -24,7 +24,8 @@ pub fn axes_at(origin: DVec3, direction: DVec3) -> Projection {
         x_axis: right,
         y_axis: -up,
         z_axis: forward,
-        centre: glam::DVec2::ZERO,
+        centre: DVec2::ZERO,
+        scale: DVec2::ONE,
         width: 1,
         height: 1,
         near: f64::NEG_INFINITY,
@@ -75,7 +76,8 @@ pub fn fit_box(
         x_axis: axes.x_axis * texels_per_unit.x,
         y_axis: axes.y_axis * texels_per_unit.y,
         z_axis: axes.z_axis,
-        centre: glam::DVec2::splat(0.5 * f64::from(resolution)),
+        centre: DVec2::splat(0.5 * f64::from(resolution)),
+        scale: DVec2::ONE,
         width: resolution,
         height: resolution,
         near: casters_near.min(low.z) - middle.z - rounding,

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, ensure_value};
 use crate::passes::lookup::{Comparison, DepthBias};
-use crate::projection::Projection;
+use crate::projection::{Kind, Projection};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -187,13 +187,11 @@ impl MapParameters {
 
     /// The bias of a map, whose positions are known to `rounding`.
     pub fn depth_bias(&self, projection: &Projection, rounding: f64) -> DepthBias {
-        let steps = projection.steps();
-        let texel_width = steps.x_axis.length().max(steps.y_axis.length());
+        let texel_width = projection.beam_width();
         let plane = DepthBias {
-            constant: 0.0,
-            slope: 0.0,
             receiver_plane: true,
             rounding,
+            ..DepthBias::NONE
         };
         let fixed = DepthBias {
             receiver_plane: false,
@@ -205,11 +203,12 @@ impl MapParameters {
             // of the wrong pixels of none, and no choice from half of one to four leaves fewer than
             // nine tenths of what one does.
             Bias::Auto => DepthBias {
-                constant: texel_width,
+                beam: texel_width,
                 ..plane
             },
             Bias::Constant => DepthBias {
-                constant: self.constant_bias.unwrap_or(texel_width),
+                constant: self.constant_bias.unwrap_or(0.0),
+                beam: self.constant_bias.map_or(texel_width, |_| 0.0),
                 rounding: 0.0,
                 ..fixed
             },
@@ -229,13 +228,16 @@ impl MapParameters {
 /// A bound of the error of a float32 position in the light's space: positions are sums of a few
 /// terms, none larger than the distance of the eye and the size of the map's box together.
 pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
-    let steps = projection.steps();
-    let size = DVec3::new(
-        steps.x_axis.length() * f64::from(projection.width),
-        steps.y_axis.length() * f64::from(projection.height),
-        projection.far - projection.near,
-    );
-    let scale = (eye - projection.origin).length() + size.length();
+    let size = match projection.kind {
+        Kind::Parallel => {
+            let steps = projection.steps();
+            let width = steps.x_axis.length() * f64::from(projection.width);
+            let height = steps.y_axis.length() * f64::from(projection.height);
+            DVec3::new(width, height, projection.far - projection.near).length()
+        }
+        Kind::Perspective | Kind::Paraboloid => projection.far,
+    };
+    let scale = (eye - projection.origin).length() + size;
     8.0 * f64::from(f32::EPSILON / 2.0) * scale
 }
 

@@ -12,7 +12,7 @@
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
 use super::fit::Fit;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::importance_map::{Factors, Importance};
 use crate::passes::warp_map::{Axis, WarpMap};
@@ -71,19 +71,23 @@ impl ShadowMethod for RectilinearWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let resolution = self.map.resolution;
-        let Some(projection) = self.fit.fit(view, resolution)? else {
-            return view.all_in_shadow();
-        };
         let cells = self.importance_resolution;
-        let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
-        let importance = Importance::Maximum(self.factors);
-        let importance = view.importance_map(&projection, cells, importance, None)?;
-        let frame = view.frame();
-        for axis in [Axis::X, Axis::Y] {
-            warp.fit_maxima(frame, axis, resolution, &importance.buffer, self.blur)?;
+        let mut plans = Vec::new();
+        for fitted in self.fit.fit(view, resolution)? {
+            let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
+            let importance = Importance::Maximum(self.factors);
+            let importance = view.importance_map(&fitted, cells, importance, None)?;
+            let frame = view.frame();
+            for axis in [Axis::X, Axis::Y] {
+                warp.fit_maxima(frame, axis, resolution, &importance.buffer, self.blur)?;
+            }
+            warp.finish(frame, resolution);
+            plans.push(Plan {
+                fitted,
+                warp: Some(warp),
+                importance: Some(importance),
+            });
         }
-        warp.finish(frame, resolution);
-
-        view.shadows(&self.map, projection, Some(warp), Some(importance))
+        view.shadows(&self.map, plans)
     }
 }

@@ -1,6 +1,7 @@
 //! Uniform shadow map: one map over the box of the casters.
 //!
-//! The texels are spread evenly over the whole scene, whatever the camera sees of it.
+//! The texels are spread evenly over the whole scene, whatever the camera sees of it; around a point over
+//! the six faces of a cube, within a cone over the cone.
 //!
 //! Lance Williams. Casting curved shadows on curved surfaces. SIGGRAPH 1978.
 //!
@@ -8,12 +9,13 @@
 //!
 //! Limits: a large scene leaves few texels to what is in view.
 
+use super::central_fit::{cone_layer, cube_faces, fit_square, plane_radius};
 use super::parallel_fit::{axes_at, bounds_of, fit_box};
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light::Light;
 use crate::passes::receivers;
 use crate::projection::Projection;
+use crate::region::Region;
 use crate::scene::Scene;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -39,11 +41,38 @@ impl ShadowMethod for Uniform {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let Light::Directional { direction } = *view.light;
-        let projection = fit_uniform(view.scene, view.camera.eye, direction, self.map.resolution);
+        let resolution = self.map.resolution;
+        let (scene, light) = (view.scene, view.light);
+        let layers = match (light.position(), light.cone()) {
+            (None, _) => {
+                let direction = -light.vector_from_point(view.camera.eye);
+                vec![Fitted {
+                    projection: fit_uniform(scene, view.camera.eye, direction, resolution),
+                    region: Region::everywhere(),
+                }]
+            }
+            (Some(position), Some(cone)) => {
+                let layer = cone_layer(position, cone, scene.bounds());
+                let radius = plane_radius(layer.projection.kind, cone.cosine.acos());
+                vec![whole(layer, 1.001 * radius, resolution)]
+            }
+            (Some(position), None) => {
+                let faces = cube_faces(position, scene.bounds()).into_iter();
+                faces.map(|face| whole(face, 1.001, resolution)).collect()
+            }
+        };
         view.skip(receivers::LABEL);
 
-        view.shadows(&self.map, projection, None, None)
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+    }
+}
+
+/// The layer with its whole plane in the map.
+fn whole(layer: Fitted, widest: f64, resolution: u32) -> Fitted {
+    let axes = &layer.projection;
+    Fitted {
+        projection: fit_square(axes, widest, axes.far, resolution),
+        region: layer.region,
     }
 }
 

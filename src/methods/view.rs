@@ -7,13 +7,14 @@ use crate::gpu::frame::{Frame, Read, ReadResults};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
 use crate::passes::importance_map::{self, Importance, ImportanceMap};
-use crate::passes::lookup::{self, Comparison, DepthBias};
+use crate::passes::lookup::{self, Comparison, Looked};
 use crate::passes::outline::{self, Points};
 use crate::passes::rasterize::Counters;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
 use crate::passes::{Facts, Inputs, PendingFacts, Receivers, shadow_map, shadow_rays};
 use crate::projection::Projection;
+use crate::region::Region;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
 use std::time::Instant;
@@ -31,16 +32,49 @@ pub struct View<'a> {
     counters: Vec<(&'static str, Counters)>,
     pending_facts: Vec<PendingFacts>,
     facts: Vec<(&'static str, Facts)>,
-    bounds: Option<Bounds>,
+    receiver_counts: Option<ReceiverCounts>,
     skipped: Vec<&'static str>,
+    skipped_layers: usize,
+    everywhere: Region,
+}
+
+/// Pixels, where a method counts them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReceiverCounts {
+    /// Those that see a surface.
+    pub seen: u32,
+    /// Those whose surface faces the light; one at the border of two layers is counted in both.
+    pub facing: u32,
+}
+
+/// Where a layer of a shadow map lies: which receivers it is for, and where it takes them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    pub projection: Projection,
+    pub region: Region,
+}
+
+/// What makes a layer, before it has texels.
+pub struct Plan {
+    pub fitted: Fitted,
+    pub warp: Option<WarpMap>,
+    /// What the warp was made from.
+    pub importance: Option<ImportanceMap>,
+}
+
+impl From<Fitted> for Plan {
+    fn from(fitted: Fitted) -> Self {
+        Self {
+            fitted,
+            warp: None,
+            importance: None,
+        }
+    }
 }
 
 /// A layer of a shadow map.
 pub struct Layer {
-    pub projection: Projection,
-    pub warp: Option<WarpMap>,
-    /// What the warp was made from.
-    pub importance: Option<ImportanceMap>,
+    pub plan: Plan,
     pub comparison: Comparison,
     pub texels: PooledBuffer,
 }
@@ -57,8 +91,9 @@ pub struct Finished {
     pub frame: Frame,
     pub counters: Vec<(&'static str, Counters)>,
     pub facts: Vec<(&'static str, Facts)>,
-    pub bounds: Option<Bounds>,
+    pub receiver_counts: Option<ReceiverCounts>,
     pub skipped: Vec<&'static str>,
+    pub skipped_layers: usize,
 }
 
 impl<'a> View<'a> {
@@ -80,98 +115,96 @@ impl<'a> View<'a> {
             counters: Vec::new(),
             pending_facts: Vec::new(),
             facts: Vec::new(),
-            bounds: None,
+            receiver_counts: None,
             skipped: Vec::new(),
+            skipped_layers: 0,
+            everywhere: Region::everywhere(),
         }
     }
 
-    /// The box around the receivers that face the light, in the axes of the projection. Submits what
-    /// was recorded so far.
-    pub fn receiver_bounds(&mut self, projection: &Projection) -> Result<Option<(DVec3, DVec3)>> {
-        let seen = self.receivers();
-        let bounds = receivers::receivers(&mut self.frame, seen, projection)?;
+    /// The boxes around the receivers of each layer that face the light: least and greatest corner, (x, y)
+    /// in texels from the projection's axis and depth in world units. `None` where there are none. Submits
+    /// what was recorded so far.
+    pub fn receiver_bounds(&mut self, layers: &[Fitted]) -> Result<Vec<Option<(DVec3, DVec3)>>> {
+        let mut reads = Vec::new();
+        for Fitted { projection, region } in layers {
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            reads.push(receivers::receivers(&mut self.frame, seen, projection)?);
+        }
         let results = self.submit()?;
-        let bounds = results.take(&bounds)?[0];
-        self.bounds = Some(bounds);
-        Ok(bounds.corners())
+        let mut counts = ReceiverCounts::default();
+        let mut boxes = Vec::new();
+        for (read, Fitted { projection, .. }) in reads.iter().zip(layers) {
+            let bounds: Bounds = results.take(read)?[0];
+            counts.seen = bounds.seen;
+            counts.facing += bounds.facing;
+            let in_world = DVec3::new(1.0, 1.0, projection.unit().recip());
+            let corners = bounds.corners();
+            boxes.push(corners.map(|(low, high)| (low * in_world, high * in_world)));
+        }
+        self.receiver_counts = Some(counts);
+        Ok(boxes)
     }
 
-    /// Points of the receivers that face the light, in the axes of the projection. Submits what was
-    /// recorded so far.
-    pub fn outline(&mut self, projection: &Projection, points: Points) -> Result<Vec<DVec2>> {
-        let seen = self.receivers();
+    /// Points of the receivers of a layer that face the light, in texels from the projection's axis.
+    /// Submits what was recorded so far.
+    pub fn outline(&mut self, layer: &Fitted, points: Points) -> Result<Vec<DVec2>> {
+        let Fitted { projection, region } = layer;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         let points = outline::outline(&mut self.frame, seen, projection, points)?;
         let results = self.submit()?;
         Ok(outline::found(results.take(&points)?))
     }
 
-    /// A layer of a shadow map through the projection and the warp.
-    pub fn shadow_map(
-        &mut self,
-        projection: Projection,
-        warp: Option<WarpMap>,
-        comparison: Comparison,
-    ) -> Result<Layer> {
-        let rasterized = shadow_map::shadow_map(
-            &mut self.frame,
-            self.inputs,
-            &projection,
-            warp.as_ref(),
-            comparison.target(),
-        )?;
-        self.keep_counters(shadow_map::LABEL, rasterized.counters);
-        Ok(Layer {
-            projection,
-            warp,
-            importance: None,
-            comparison,
-            texels: rasterized.texels,
-        })
-    }
-
-    /// The last two steps of every method with one map: casters into it, receivers against it.
-    pub fn shadows(
-        &mut self,
-        map: &MapParameters,
-        projection: Projection,
-        warp: Option<WarpMap>,
-        importance: Option<ImportanceMap>,
-    ) -> Result<Recorded> {
-        let rounding = position_rounding(&projection, self.camera.eye);
-        let bias = map.depth_bias(&projection, rounding);
-        let mut layer = self.shadow_map(projection, warp, map.lookup)?;
-        layer.importance = importance;
-        let visibility = self.lookup(&layer, bias)?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![layer],
-        })
-    }
-
-    /// The importance of the cells of the map.
+    /// The importance of the cells of a layer's map.
     pub fn importance_map(
         &mut self,
-        projection: &Projection,
+        layer: &Fitted,
         cells: u32,
         importance: Importance,
         warp: Option<&WarpMap>,
     ) -> Result<ImportanceMap> {
-        let seen = self.receivers();
+        let Fitted { projection, region } = layer;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         importance_map::importance_map(&mut self.frame, seen, projection, cells, importance, warp)
     }
 
-    /// The visibility image.
-    pub fn lookup(&mut self, layer: &Layer, bias: DepthBias) -> Result<PooledBuffer> {
-        let seen = self.receivers();
-        lookup::lookup(
-            &mut self.frame,
-            seen,
-            &layer.projection,
-            layer.warp.as_ref(),
-            &layer.texels,
-            layer.comparison,
-            bias,
-        )
+    /// The last two steps of every method with maps: casters into each layer, receivers against it.
+    /// Without a layer nothing is lit.
+    pub fn shadows(&mut self, map: &MapParameters, plans: Vec<Plan>) -> Result<Recorded> {
+        if plans.is_empty() {
+            return self.all_in_shadow();
+        }
+        let visibility = lookup::visibility_image(&self.frame, self.camera)?;
+        let mut layers = Vec::new();
+        for plan in plans {
+            let Fitted { projection, region } = &plan.fitted;
+            let rasterized = shadow_map::shadow_map(
+                &mut self.frame,
+                self.inputs,
+                projection,
+                plan.warp.as_ref(),
+                map.lookup.target(),
+            )?;
+            self.pending.push((shadow_map::LABEL, rasterized.counters));
+            let rounding = position_rounding(projection, self.camera.eye);
+            let looked = Looked {
+                projection,
+                warp: plan.warp.as_ref(),
+                texels: &rasterized.texels,
+                comparison: map.lookup,
+                bias: map.depth_bias(projection, rounding),
+            };
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            let is_first = layers.is_empty();
+            lookup::lookup(&mut self.frame, seen, looked, &visibility, is_first);
+            layers.push(Layer {
+                comparison: map.lookup,
+                texels: rasterized.texels,
+                plan,
+            });
+        }
+        Ok(Recorded { visibility, layers })
     }
 
     /// The visibility image by rays through the scene's hierarchy, which is built where it is missing.
@@ -185,37 +218,34 @@ impl<'a> View<'a> {
         } else {
             self.skip("hierarchy (CPU)");
         }
-        let seen = self.receivers();
-        let (visibility, facts) =
-            shadow_rays::shadow_rays(&mut self.frame, seen, self.light, &hierarchy)?;
+        let region = &self.everywhere;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let (visibility, facts) = shadow_rays::shadow_rays(&mut self.frame, seen, &hierarchy)?;
         self.pending_facts.push(facts);
         Ok(visibility)
     }
 
     /// The frame where whatever is seen faces away from the light: there is nothing to look up.
-    pub fn all_in_shadow(&mut self) -> Result<Recorded> {
+    fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
-        let seen = self.receivers();
-        let visibility = lookup::all_in_shadow(&mut self.frame, seen)?;
+        let visibility = lookup::visibility_image(&self.frame, self.camera)?;
+        let region = &self.everywhere;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        lookup::all_in_shadow(&mut self.frame, seen, &visibility)?;
         Ok(Recorded {
             visibility,
             layers: vec![],
         })
     }
 
-    fn receivers(&self) -> Receivers<'a> {
-        let Light::Directional { direction } = *self.light;
-        Receivers {
-            scene: self.inputs.scene,
-            camera: self.inputs.camera,
-            visibility_buffer: self.visibility_buffer,
-            light_direction: direction,
-        }
-    }
-
     /// Names a stage that this frame does not need.
     pub fn skip(&mut self, stage: &'static str) {
         self.skipped.push(stage);
+    }
+
+    /// Counts a layer that no receiver falls in.
+    pub fn skip_layer(&mut self) {
+        self.skipped_layers += 1;
     }
 
     /// Counters to be taken after the next submission.
@@ -246,8 +276,25 @@ impl<'a> View<'a> {
             frame: self.frame,
             counters: self.counters,
             facts: self.facts,
-            bounds: self.bounds,
+            receiver_counts: self.receiver_counts,
             skipped: self.skipped,
+            skipped_layers: self.skipped_layers,
         }
+    }
+}
+
+/// What the camera sees, for one layer of one light.
+fn receivers_in<'a>(
+    inputs: &Inputs<'a>,
+    visibility_buffer: &'a wgpu::Buffer,
+    light: &'a Light,
+    region: &'a Region,
+) -> Receivers<'a> {
+    Receivers {
+        scene: inputs.scene,
+        camera: inputs.camera,
+        visibility_buffer,
+        light,
+        region,
     }
 }

@@ -101,7 +101,8 @@ pub fn importance_map(
         ..Shader::new("importance_map")
     };
     let rows = frame.gpu.work_per_invocation(1, 32);
-    let constants = [("rows_per_invocation", f64::from(rows))];
+    let mut constants = vec![("rows_per_invocation", f64::from(rows))];
+    constants.extend(seen.constants());
     let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
     let mut bindings = vec![
         (20, buffer(&receivers)),

@@ -3,6 +3,7 @@
 use super::Receivers;
 use super::rasterize::Target;
 use super::warp_map::{self, WarpMap};
+use crate::camera::Camera;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
 use crate::gpu::pool::PooledBuffer;
@@ -16,12 +17,24 @@ pub const LABEL: &str = "lookup";
 pub struct DepthBias {
     /// World units.
     pub constant: f64,
+    /// World units per unit of depth where a texel's beam widens with it, else world units.
+    pub beam: f64,
     /// Texels: times the width of a texel and the slope of the receiver against the light.
     pub slope: f64,
     /// Whether the receiver's plane is evaluated on the texel's own ray.
     pub receiver_plane: bool,
     /// Bound of the rounding error of a position in light space, world units.
     pub rounding: f64,
+}
+
+impl DepthBias {
+    pub const NONE: Self = Self {
+        constant: 0.0,
+        beam: 0.0,
+        slope: 0.0,
+        receiver_plane: false,
+        rounding: 0.0,
+    };
 }
 
 /// How a receiver is compared with the texels.
@@ -51,16 +64,37 @@ impl Comparison {
     }
 }
 
-/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+/// A map to look up.
+#[derive(Clone, Copy)]
+pub struct Looked<'a> {
+    pub projection: &'a Projection,
+    pub warp: Option<&'a WarpMap>,
+    pub texels: &'a wgpu::Buffer,
+    pub comparison: Comparison,
+    pub bias: DepthBias,
+}
+
+/// The visibility image, its content undefined until the first layer was looked up. Per pixel,
+/// float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+pub fn visibility_image(frame: &Frame, camera: &Camera) -> Result<PooledBuffer> {
+    frame.storage("visibility image", 4 * camera.pixel_count() as u64)
+}
+
+/// Answers for the receivers of the layer; the first layer also for the pixels that none holds.
 pub fn lookup(
     frame: &mut Frame,
     seen: Receivers,
-    projection: &Projection,
-    warp: Option<&WarpMap>,
-    shadow_map: &wgpu::Buffer,
-    comparison: Comparison,
-    bias: DepthBias,
-) -> Result<PooledBuffer> {
+    map: Looked,
+    visibility: &wgpu::Buffer,
+    is_first: bool,
+) {
+    let Looked {
+        projection,
+        warp,
+        comparison,
+        bias,
+        ..
+    } = map;
     let shader = Shader {
         projection: projection.kind.shader(),
         warp: warp_map::shader(warp),
@@ -71,14 +105,20 @@ pub fn lookup(
         ..Shader::new("lookup")
     };
     let mut uniform = seen.uniform(projection);
-    uniform.constant_bias = bias.constant as f32;
+    // Depths are in the projection's unit there. So is the growth of a beam, which is a depth.
+    let unit = projection.unit();
+    let beam = if projection.beams_widen() {
+        bias.beam
+    } else {
+        bias.beam * unit
+    };
+    uniform.constant_bias = (bias.constant * unit) as f32;
+    uniform.beam_bias = beam as f32;
     uniform.slope_bias = bias.slope as f32;
     uniform.receiver_plane = f32::from(u8::from(bias.receiver_plane));
-    uniform.rounding = bias.rounding as f32;
+    uniform.rounding = (bias.rounding * unit) as f32;
     let uniform = frame.uniform("receivers", &uniform);
     let projection = frame.uniform("projection", &projection.uniform(seen.scene.origin));
-    let pixels = seen.camera.pixel_count() as u64;
-    let visibility = frame.storage("visibility image", 4 * pixels)?;
     let rows = frame.gpu.work_per_invocation(1, 32);
     let flag = |value| f64::from(u8::from(value));
     let mut constants = vec![
@@ -86,8 +126,10 @@ pub fn lookup(
         ("reach", f64::from(comparison.reach)),
         ("uses_triangles", flag(comparison.triangles)),
         ("uses_depths", flag(comparison.depths)),
+        ("is_first", flag(is_first)),
+        ("has_low_parts", flag(seen.scene.has_low_parts)),
     ];
-    constants.push(("has_low_parts", flag(seen.scene.has_low_parts)));
+    constants.extend(seen.constants());
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     let scene = seen.scene;
     let mut bindings = vec![
@@ -98,8 +140,8 @@ pub fn lookup(
         (1, table(&scene.vertex_indices)),
         (2, table(&scene.positions_high)),
         (3, table(&scene.positions_low)),
-        (5, buffer(shadow_map)),
-        (6, buffer(&visibility)),
+        (5, buffer(map.texels)),
+        (6, buffer(visibility)),
     ];
     bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     frame.pass(
@@ -113,27 +155,19 @@ pub fn lookup(
             ),
         }],
     );
-    Ok(visibility)
 }
 
-/// The visibility image where no receiver faces the light: no map is asked.
-pub fn all_in_shadow(frame: &mut Frame, seen: Receivers) -> Result<PooledBuffer> {
-    let projection = Projection::from_camera(seen.camera);
+/// Answers where no receiver faces the light: no map is asked.
+pub fn all_in_shadow(frame: &mut Frame, seen: Receivers, visibility: &wgpu::Buffer) -> Result<()> {
     let empty = frame.storage("empty shadow map", 4)?;
     frame.clear(&empty);
-    let bias = DepthBias {
-        constant: 0.0,
-        slope: 0.0,
-        receiver_plane: false,
-        rounding: 0.0,
+    let map = Looked {
+        projection: &Projection::from_camera(seen.camera),
+        warp: None,
+        texels: &empty,
+        comparison: Comparison::DEPTH,
+        bias: DepthBias::NONE,
     };
-    lookup(
-        frame,
-        seen,
-        &projection,
-        None,
-        &empty,
-        Comparison::DEPTH,
-        bias,
-    )
+    lookup(frame, seen, map, visibility, true);
+    Ok(())
 }

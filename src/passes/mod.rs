@@ -16,7 +16,9 @@ use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::gpu::frame::Read;
 use crate::gpu::scene_tables::SceneTables;
+use crate::light::Light;
 use crate::projection::Projection;
+use crate::region::{MOST_HALF_SPACES, Region};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -33,46 +35,17 @@ pub struct ReceiversUniform {
     centre: [f32; 2],
     constant_bias: f32,
     slope_bias: f32,
-    light_direction: [f32; 3],
+    from_light: [f32; 3],
+    is_local: f32,
+    cone_axis: [f32; 3],
+    cone_cosine: f32,
+    region: [[f32; 4]; MOST_HALF_SPACES],
+    beam_bias: f32,
     receiver_plane: f32,
+    padding: [f32; 2],
     light_x: [f32; 4],
     light_y: [f32; 4],
     light_z: [f32; 4],
-}
-
-impl ReceiversUniform {
-    /// The camera's pixels seen in the projection space of a light.
-    pub fn new(camera: &Camera, light_direction: DVec3, projection: &Projection) -> Self {
-        let ray_x = camera.right / camera.focal.x;
-        let ray_y = -camera.up / camera.focal.y;
-        let ray_z = camera.forward;
-        // Products of float64 matrices, rounded once.
-        let row = |axis: DVec3| {
-            [
-                axis.dot(ray_x),
-                axis.dot(ray_y),
-                axis.dot(ray_z),
-                axis.dot(camera.eye - projection.origin),
-            ]
-            .map(|v| v as f32)
-        };
-        Self {
-            ray_x: ray_x.as_vec3().to_array(),
-            width: camera.width,
-            ray_y: ray_y.as_vec3().to_array(),
-            height: camera.height,
-            ray_z: ray_z.as_vec3().to_array(),
-            rounding: 0.0,
-            centre: camera.centre.as_vec2().to_array(),
-            constant_bias: 0.0,
-            slope_bias: 0.0,
-            light_direction: light_direction.as_vec3().to_array(),
-            receiver_plane: 0.0,
-            light_x: row(projection.x_axis),
-            light_y: row(projection.y_axis),
-            light_z: row(projection.z_axis),
-        }
-    }
 }
 
 /// Counters of a pass by name, for the statistics of a frame.
@@ -93,17 +66,73 @@ pub struct Inputs<'a> {
     pub camera: &'a Camera,
 }
 
-/// What the camera sees, before one light: what the passes over receivers read.
+/// What the camera sees, before one light and for one layer: what the passes over receivers read.
 #[derive(Clone, Copy)]
 pub struct Receivers<'a> {
     pub scene: &'a SceneTables,
     pub camera: &'a Camera,
     pub visibility_buffer: &'a wgpu::Buffer,
-    pub light_direction: DVec3,
+    pub light: &'a Light,
+    pub region: &'a Region,
 }
 
 impl Receivers<'_> {
+    /// The camera's pixels seen in the projection space of a light.
     fn uniform(&self, projection: &Projection) -> ReceiversUniform {
-        ReceiversUniform::new(self.camera, self.light_direction, projection)
+        let (camera, eye) = (self.camera, self.camera.eye);
+        let ray_x = camera.right / camera.focal.x;
+        let ray_y = -camera.up / camera.focal.y;
+        let ray_z = camera.forward;
+        // Products of float64 matrices, rounded once.
+        let unit = projection.unit();
+        let row = |axis: DVec3| {
+            [
+                axis.dot(ray_x),
+                axis.dot(ray_y),
+                axis.dot(ray_z),
+                axis.dot(eye - projection.origin),
+            ]
+            .map(|v| (v * unit) as f32)
+        };
+        let position = self.light.position();
+        let from_light = match position {
+            Some(position) => eye - position,
+            None => -self.light.vector_from_point(eye),
+        };
+        let cone = self.light.cone();
+        // What float32 may round of a receiver's position.
+        let distances = self.scene.farthest(eye) + from_light.length();
+        let slack = 8.0 * f64::from(f32::EPSILON) * distances;
+        ReceiversUniform {
+            ray_x: ray_x.as_vec3().to_array(),
+            width: camera.width,
+            ray_y: ray_y.as_vec3().to_array(),
+            height: camera.height,
+            ray_z: ray_z.as_vec3().to_array(),
+            rounding: 0.0,
+            centre: camera.centre.as_vec2().to_array(),
+            constant_bias: 0.0,
+            slope_bias: 0.0,
+            from_light: from_light.as_vec3().to_array(),
+            is_local: f32::from(u8::from(position.is_some())),
+            cone_axis: cone.map_or([0.0; 3], |cone| cone.axis.as_vec3().to_array()),
+            cone_cosine: cone.map_or(-1.0, |cone| cone.cosine as f32),
+            region: self.region.planes(eye, slack),
+            beam_bias: 0.0,
+            receiver_plane: 0.0,
+            padding: [0.0; 2],
+            light_x: row(projection.x_axis),
+            light_y: row(projection.y_axis),
+            light_z: row(projection.z_axis),
+        }
+    }
+
+    /// Constants of `shaders/lib/receivers.wgsl`.
+    fn constants(&self) -> [(&'static str, f64); 2] {
+        let flag = |value| f64::from(u8::from(value));
+        [
+            ("has_cone", flag(self.light.cone().is_some())),
+            ("has_region", flag(!self.region.is_everywhere())),
+        ]
     }
 }

@@ -10,8 +10,6 @@ use glam::DVec2;
 
 pub const LABEL: &str = "outline";
 
-const SHADER: Shader = Shader::new("outline");
-
 /// Columns of a workgroup of `extremes`, and the points it finds.
 const GROUP: u32 = 64;
 const POINTS: u32 = 8;
@@ -47,7 +45,7 @@ pub fn found(points: Vec<[f32; 2]>) -> Vec<DVec2> {
 /// As in the shader.
 const NOWHERE: f32 = 3.0e38;
 
-/// Points in the first two axes of `projection`; its size and centre play no part.
+/// Points in centred texels of `projection`; its size and centre play no part.
 pub fn outline(
     frame: &mut Frame,
     seen: Receivers,
@@ -66,7 +64,7 @@ pub fn outline(
         ),
         Points::Samples => ("samples", width.div_ceil(step), height.div_ceil(step)),
     };
-    let (count, groups, constants) = match points {
+    let (count, groups, mut constants) = match points {
         Points::Extremes => (
             columns * rows * POINTS,
             columns,
@@ -79,12 +77,19 @@ pub fn outline(
     let uniform = frame.uniform(LABEL, &uniform);
     let receivers = seen.uniform(projection);
     let receivers = frame.uniform("receivers", &receivers);
-    let pipeline = frame.gpu.clone().pipeline(SHADER, entry_point, &constants);
+    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
+    constants.extend(seen.constants());
+    let shader = Shader {
+        projection: projection.kind.shader(),
+        ..Shader::new("outline")
+    };
+    let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
     let mut bindings = vec![
         (20, buffer(&receivers)),
         (21, buffer(seen.visibility_buffer)),
         (10, table(&seen.scene.unit_normals)),
         (1, buffer(&found)),
+        (2, buffer(&projected)),
     ];
     if points == Points::Samples {
         bindings.push((0, buffer(&uniform)));

@@ -1,4 +1,5 @@
-//! Pass "receivers": the box around the receivers that face the light, by a parallel reduction.
+//! Pass "receivers": the box around the receivers that face the light, in texels and depth of a
+//! projection, by a parallel reduction.
 
 use super::Receivers;
 use crate::error::Result;
@@ -9,8 +10,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 pub const LABEL: &str = "receivers";
-
-const SHADER: Shader = Shader::new("receivers");
 
 /// As `Bounds` in the shader.
 #[repr(C)]
@@ -24,7 +23,8 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Least and greatest corner in projection space; `None` where no receiver faces the light.
+    /// Least and greatest corner, (x, y) in centred texels and depth in the projection's `unit`; `None`
+    /// where no receiver faces the light.
     pub fn corners(&self) -> Option<(DVec3, DVec3)> {
         if self.facing == 0 {
             return None;
@@ -46,7 +46,7 @@ fn float_from_ordered(bits: u32) -> f32 {
 /// Columns of a workgroup.
 const GROUP: u32 = 256;
 
-/// `projection` gives the axes of the box; its size and centre play no part.
+/// The size and the centre of the projection play no part.
 pub fn receivers(
     frame: &mut Frame,
     seen: Receivers,
@@ -54,12 +54,18 @@ pub fn receivers(
 ) -> Result<Read<Bounds>> {
     let uniform = seen.uniform(projection);
     let uniform = frame.uniform("receivers", &uniform);
+    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     let bounds = frame.storage("receiver bounds", size_of::<Bounds>() as u64)?;
     frame.clear(&bounds);
     // Rows that an invocation reduces before its workgroup does.
     let rows = frame.gpu.work_per_invocation(16, 128);
-    let constants = [("rows_per_invocation", f64::from(rows))];
-    let pipeline = frame.gpu.clone().pipeline(SHADER, "main", &constants);
+    let mut constants = vec![("rows_per_invocation", f64::from(rows))];
+    constants.extend(seen.constants());
+    let shader = Shader {
+        projection: projection.kind.shader(),
+        ..Shader::new("receivers")
+    };
+    let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     frame.pass(
         LABEL,
         &[Dispatch {
@@ -68,7 +74,8 @@ pub fn receivers(
                 (20, buffer(&uniform)),
                 (21, buffer(seen.visibility_buffer)),
                 (10, table(&seen.scene.unit_normals)),
-                (0, buffer(&bounds)),
+                (0, buffer(&projected)),
+                (1, buffer(&bounds)),
             ],
             groups: Groups::Grid(
                 seen.camera.width.div_ceil(GROUP),

@@ -8,7 +8,6 @@ use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::{HierarchyTables, double_single};
 use crate::gpu::shaders::Shader;
-use crate::light::Light;
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 
@@ -39,8 +38,6 @@ fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 struct ShadowRaysUniform {
-    from_light: [f32; 3],
-    is_local: f32,
     eye_high: [f32; 3],
     node_count: u32,
     eye_low: [f32; 3],
@@ -49,30 +46,18 @@ struct ShadowRaysUniform {
     box_margin: f32,
 }
 
-/// From the light to a receiver: a vector, plus the receiver relative to the eye where the flag is 1.
-pub fn from_light(light: &Light) -> ([f32; 3], f32) {
-    let (vector, is_local) = match light {
-        Light::Directional { direction } => (*direction, 0.0),
-    };
-    (vector.as_vec3().to_array(), is_local)
-}
-
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn shadow_rays(
     frame: &mut Frame,
     seen: Receivers,
-    light: &Light,
     hierarchy: &HierarchyTables,
 ) -> Result<(PooledBuffer, PendingFacts)> {
     let (scene, camera) = (seen.scene, seen.camera);
     let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
-    let (from_light, is_local) = from_light(light);
     let eye_in_boxes = (camera.eye - hierarchy.centre) / hierarchy.half_size;
     // The walk's own roundings, and those of a point relative to the eye.
     let distance = eye_in_boxes.length() + 2.0;
     let uniform = ShadowRaysUniform {
-        from_light,
-        is_local,
         eye_high: eye_high.to_array(),
         node_count: hierarchy.node_count,
         eye_low: eye_low.to_array(),
@@ -86,10 +71,11 @@ pub fn shadow_rays(
     let visibility = frame.storage("visibility image", 4 * camera.pixel_count() as u64)?;
     let counters = frame.storage("counters", 8)?;
     frame.clear(&counters);
-    let constants = [
+    let mut constants = vec![
         ("has_low_parts", f64::from(u8::from(scene.has_low_parts))),
         ("most_steps", f64::from(MOST_STEPS)),
     ];
+    constants.extend(seen.constants());
     let pipeline = frame.gpu.clone().pipeline(SHADER, "main", &constants);
     frame.pass(
         LABEL,

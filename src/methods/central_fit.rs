@@ -1,0 +1,208 @@
+//! Fits of central projections, for lights with a position.
+
+use super::parallel_fit::light_axes;
+use super::view::Fitted;
+use crate::light::Cone;
+use crate::projection::{Kind, Projection};
+use crate::region::{HalfSpace, Region};
+use glam::{DVec2, DVec3};
+
+/// Nearest depth of a perspective map as a share of its farthest: nothing between a light and a
+/// receiver is cut off, down to the rounding of float32 numbers near the light.
+const NEAR_SHARE: f64 = 1.0 / (1 << 30) as f64;
+
+/// A cone up to this angle is one perspective map; a wider one is stretched too much at its rim.
+const WIDEST_PERSPECTIVE: f64 = 1.2;
+
+/// Axes without a size: perspective or paraboloid with one texel to the unit, y down.
+pub fn central_axes(kind: Kind, origin: DVec3, direction: DVec3) -> Projection {
+    let (right, up, forward) = light_axes(direction);
+    Projection {
+        kind,
+        origin,
+        x_axis: right,
+        y_axis: -up,
+        z_axis: forward,
+        centre: DVec2::ZERO,
+        scale: DVec2::ONE,
+        width: 1,
+        height: 1,
+        near: NEAR_SHARE,
+        far: 1.0,
+        normalizes_depth: true,
+    }
+}
+
+/// Axes whose depths end at the farthest corner of a box of the world.
+pub fn axes_for_scene(
+    kind: Kind,
+    origin: DVec3,
+    direction: DVec3,
+    (low, high): (DVec3, DVec3),
+) -> Projection {
+    let farthest = (origin - low).abs().max((origin - high).abs()).length();
+    let far = farthest.max(f64::MIN_POSITIVE.sqrt());
+    Projection {
+        near: NEAR_SHARE * far,
+        far,
+        ..central_axes(kind, origin, direction)
+    }
+}
+
+/// The six faces of a cube around a point, each with the pyramid that it is for: +X, -X, +Y, -Y, +Z, -Z.
+pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+    let directions = [DVec3::X, DVec3::Y, DVec3::Z];
+    let both_ways = directions.into_iter().flat_map(|axis| [axis, -axis]);
+    let faces = both_ways.map(|forward| {
+        let projection = axes_for_scene(Kind::Perspective, position, forward, scene);
+        let sides = [
+            projection.x_axis,
+            -projection.x_axis,
+            projection.y_axis,
+            -projection.y_axis,
+        ];
+        let half_spaces = sides.map(|side| HalfSpace {
+            origin: position,
+            normal: (forward + side).normalize(),
+        });
+        Fitted {
+            projection,
+            region: Region::new(half_spaces.to_vec()),
+        }
+    });
+    faces.collect()
+}
+
+/// One layer for a cone of light: perspective, or a paraboloid where it is wide.
+pub fn cone_layer(position: DVec3, cone: Cone, scene: (DVec3, DVec3)) -> Fitted {
+    let kind = if cone.cosine >= WIDEST_PERSPECTIVE.cos() {
+        Kind::Perspective
+    } else {
+        Kind::Paraboloid
+    };
+    Fitted {
+        projection: axes_for_scene(kind, position, cone.axis, scene),
+        region: Region::everywhere(),
+    }
+}
+
+/// Half the width of the axes' plane within an angle of the axis.
+pub fn plane_radius(kind: Kind, angle: f64) -> f64 {
+    match kind {
+        Kind::Parallel => unreachable!("parallel rays have no angle"),
+        Kind::Perspective => angle.tan(),
+        Kind::Paraboloid => (0.5 * angle).tan(),
+    }
+}
+
+/// The map whose sides are the box's, `resolution` texels each; (x, y) in the plane of the axes, which
+/// no receiver leaves by more than `widest`, and depth. Nothing is stored behind the far side.
+pub fn fit_box(
+    axes: &Projection,
+    (low, high): (DVec3, DVec3),
+    widest: f64,
+    resolution: u32,
+    rounding: f64,
+) -> Projection {
+    let limit = DVec2::splat(widest);
+    let low_place = low.truncate().clamp(-limit, limit);
+    let high_place = high.truncate().clamp(-limit, limit);
+    let middle = 0.5 * (low_place + high_place);
+    let half = 0.5 * (high_place - low_place);
+    // Room for rounding at the border, which a receiver near the light has more of, and for a box
+    // without a width.
+    let nearest = low.z.max(axes.near);
+    let room = (rounding / nearest).clamp(1e-7, 1e-3) * widest.max(1.0);
+    let texels_per_unit = 0.5 * f64::from(resolution) / (half + room);
+    let far = (high.z + rounding).clamp(axes.near, axes.far);
+    sized(axes, middle, texels_per_unit, resolution, far)
+}
+
+/// The map over the square around the axes, `widest` from its middle to its sides.
+pub fn fit_square(axes: &Projection, widest: f64, far: f64, resolution: u32) -> Projection {
+    let texels_per_unit = DVec2::splat(0.5 * f64::from(resolution) / widest);
+    sized(axes, DVec2::ZERO, texels_per_unit, resolution, far)
+}
+
+fn sized(
+    axes: &Projection,
+    middle: DVec2,
+    texels_per_unit: DVec2,
+    resolution: u32,
+    far: f64,
+) -> Projection {
+    let (axis_scale, plane_scale) = match axes.kind {
+        Kind::Paraboloid => (DVec2::ONE, texels_per_unit),
+        Kind::Parallel | Kind::Perspective => (texels_per_unit, DVec2::ONE),
+    };
+    Projection {
+        x_axis: axes.x_axis * axis_scale.x,
+        y_axis: axes.y_axis * axis_scale.y,
+        centre: DVec2::splat(0.5 * f64::from(resolution)) - middle * texels_per_unit,
+        scale: plane_scale,
+        width: resolution,
+        height: resolution,
+        near: NEAR_SHARE * far,
+        far,
+        ..axes.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
+
+    #[test]
+    fn faces_cover_every_direction_once_but_at_borders() {
+        let position = DVec3::new(1.0, 2.0, 3.0);
+        for direction in [
+            DVec3::new(0.9, 0.3, -0.2),
+            DVec3::new(-0.1, -0.8, 0.5),
+            DVec3::new(0.2, 0.1, 0.7),
+            DVec3::new(0.3, -0.2, -0.4),
+        ] {
+            let point = position + direction;
+            let layers = cube_faces(position, SCENE);
+            let own: Vec<_> = layers
+                .iter()
+                .filter(|layer| layer.region.contains(point))
+                .collect();
+            assert_eq!(own.len(), 1);
+            let place = own[0].projection.texel_from_point(point);
+            assert!(place.truncate().abs().max_element() <= 1.0, "{place}");
+        }
+    }
+
+    #[test]
+    fn a_fitted_box_fills_the_map() {
+        for kind in [Kind::Perspective, Kind::Paraboloid] {
+            let axes = axes_for_scene(kind, DVec3::ONE, DVec3::NEG_Y, SCENE);
+            let corners = (DVec3::new(-0.25, 0.1, 2.0), DVec3::new(0.5, 0.3, 4.0));
+            let map = fit_box(&axes, corners, 1.0, 512, 1e-6);
+            for (corner, texel) in [(corners.0, 0.0), (corners.1, 512.0)] {
+                let (start, ray) = axes.ray_from_texel(corner.truncate());
+                let there = map.texel_from_point(start + ray * corner.z);
+                assert!(
+                    (there.truncate() - DVec2::splat(texel)).length() < 0.1,
+                    "{there}"
+                );
+                assert!(there.z >= map.near && there.z <= map.far);
+            }
+        }
+    }
+
+    #[test]
+    fn cones_choose_their_projection_by_their_width() {
+        let layer = |angle: f64| {
+            let cone = Cone {
+                axis: DVec3::X,
+                cosine: angle.cos(),
+            };
+            cone_layer(DVec3::ZERO, cone, SCENE).projection.kind
+        };
+        assert_eq!(layer(0.5), Kind::Perspective);
+        assert_eq!(layer(1.5), Kind::Paraboloid);
+    }
+}

@@ -1,0 +1,71 @@
+//! Regions: which receivers a layer of a map is for.
+
+use glam::{DVec3, DVec4};
+
+/// A half-space of the world: points with `normal * (point - origin) >= 0`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfSpace {
+    pub origin: DVec3,
+    pub normal: DVec3,
+}
+
+/// At most this many half-spaces: the sides of a pyramid.
+pub const MOST_HALF_SPACES: usize = 4;
+
+/// Where some half-spaces meet; everywhere, if there are none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Region(Vec<HalfSpace>);
+
+impl Region {
+    /// # Panics
+    /// If there are more than [`MOST_HALF_SPACES`].
+    pub fn new(half_spaces: Vec<HalfSpace>) -> Self {
+        assert!(half_spaces.len() <= MOST_HALF_SPACES);
+        Self(half_spaces)
+    }
+
+    pub fn everywhere() -> Self {
+        Self::default()
+    }
+
+    pub fn is_everywhere(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub fn contains(&self, point: DVec3) -> bool {
+        self.0
+            .iter()
+            .all(|half| half.normal.dot(point - half.origin) >= 0.0)
+    }
+
+    /// Planes for the shaders, (normal, offset) relative to the eye. Each is moved out by `slack`: a
+    /// point at the border that rounding would put into no region is in both.
+    pub fn planes(&self, eye: DVec3, slack: f64) -> [[f32; 4]; MOST_HALF_SPACES] {
+        std::array::from_fn(|i| {
+            self.0.get(i).map_or([0.0; 4], |half| {
+                let offset = half.normal.dot(eye - half.origin) + slack;
+                let plane: DVec4 = half.normal.extend(offset);
+                plane.as_vec4().to_array()
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everywhere_has_no_end_and_half_spaces_meet() {
+        assert!(Region::everywhere().contains(DVec3::splat(1e9)));
+        let half = |normal| HalfSpace {
+            origin: DVec3::ONE,
+            normal,
+        };
+        let region = Region::new(vec![half(DVec3::X), half(DVec3::Y)]);
+        assert!(region.contains(DVec3::new(1.0, 2.0, -5.0)));
+        assert!(!region.contains(DVec3::new(0.9, 2.0, 0.0)));
+        let plane = region.planes(DVec3::new(3.0, 0.0, 0.0), 0.5)[0];
+        assert_eq!(plane, [1.0, 0.0, 0.0, 2.5]);
+    }
+}
