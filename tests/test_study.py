@@ -370,6 +370,14 @@ def test_bench_takes_every_view_of_a_file(tmp_path, capfd):
     assert table[["camera", "light"]].values.tolist() == [[0, 0], [0, 1], [1, 0], [1, 1]]
 
 
-def test_bench_refuses_an_output_before_the_work(tmp_path, capfd):
-    assert cli.main(["bench", "plane_and_box", "-o", str(tmp_path / "table.xlsx")]) == 2
-    assert "output must end in .csv or .parquet" in capfd.readouterr().err
+def test_bench_draws_time_against_error(tmp_path):
+    picture = tmp_path / "plot.png"
+    command = ["bench", "plane_and_box", "--size", "64x36", "--repeats", "1"]
+    assert cli.main([*command, "--resolution", "64", "--plot", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("option", ["-o", "--plot"])
+def test_bench_refuses_an_output_before_the_work(option, tmp_path, capfd):
+    assert cli.main(["bench", "plane_and_box", option, str(tmp_path / "table.xlsx")]) == 2
+    assert "must end in ." in capfd.readouterr().err

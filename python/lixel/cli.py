@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import __version__, bench, demo, scenes
+from . import __version__, bench, demo, plots, scenes
 from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
@@ -174,6 +174,10 @@ def _parser() -> argparse.ArgumentParser:
         help="table with all that was measured, .csv or .parquet; FILE.jsonl beside it keeps every "
         "sample, so that a command that was stopped goes on there",
     )  # fmt: skip
+    add.add_argument(
+        "--plot", type=Path, metavar="FILE",
+        help="picture of time against error with the Pareto front, .png, .svg or .pdf",
+    )  # fmt: skip
     return top
 
 
@@ -242,6 +246,8 @@ def _bench(options: argparse.Namespace) -> None:
     if options.output is not None:
         # Now, rather than after the work.
         check_table_path("output", options.output)
+    if options.plot is not None and options.plot.suffix not in (".png", ".svg", ".pdf"):
+        raise ValueError(f"plot must end in .png, .svg or .pdf, got {str(options.plot)!r}")
     cameras: dict[str, dict[str, Camera]] = {}
     lights: dict[str, dict[str, Light]] = {}
     for name in names:
@@ -280,6 +286,13 @@ def _bench(options: argparse.Namespace) -> None:
         )
     if options.output is not None:
         save_table(table_of_cases, options.output)
+    if options.plot is not None:
+        import matplotlib as mpl
+
+        mpl.use("agg")  # no window
+        (ax, *_) = plots.time_against_error_by_view(table_of_cases)
+        figure: Any = ax.figure
+        figure.savefig(options.plot, dpi=150)
     print(table(study_summary(table_of_cases, parameters)))
     if not table_of_cases.attrs["complete"]:
         raise KeyboardInterrupt

@@ -148,12 +148,10 @@ def study(
     complete = _run(missing, executor, book, progress, len(samples))
     rows = [row for case in cases for row in _rows(case, book.of(case.key))]
     # Part by part, so that a parameter that only the last method has stands with the others.
-    columns = dict.fromkeys(
-        name for part in zip(*rows, strict=True) for cells in part for name in cells
-    )
+    columns = [name for part in zip(*rows, strict=True) for name in _merged(part)]
     table = pandas.DataFrame(
         [{name: value for part in row for name, value in part.items()} for row in rows],
-        columns=list(columns),
+        columns=columns,
     )
     table.attrs["complete"] = complete
     return table
@@ -625,6 +623,18 @@ def _rows(case: _Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, An
                 "error": merged.get("error"),
             },
         )
+
+
+def _merged(orders: Iterable[Iterable[str]]) -> list[str]:
+    """All names, each where those around it stand: passes in the order in which they run."""
+    merged: list[str] = []
+    for order in orders:
+        after = 0
+        for name in order:
+            if name not in merged:
+                merged.insert(after, name)
+            after = merged.index(name) + 1
+    return merged
 
 
 def _spread_of(name: str, values: Sequence[float]) -> dict[str, float]:
