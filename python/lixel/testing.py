@@ -52,7 +52,7 @@ def assert_shadows_match(
     >>> assert_shadows_match([[1.0, 0.0]], [[1.0, 1.0]], max_wrong=1)
     >>> assert_shadows_match([[1.0, 0.0]], [[1.0, 1.0]])
     Traceback (most recent call last):
-    AssertionError: 1 pixel misclassified, at most 0 allowed: 0 false lit, 1 false shadow, of 2 ...
+    AssertionError: 1 pixel misclassified, at most 0 allowed: 0 false lit, 1 false shadow, of 2 covered
     """
     __tracebackhide__ = True
     limit = real("max_wrong", max_wrong)
