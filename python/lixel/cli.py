@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import __version__, bench, demo, plots, scenes
+from . import __version__, bench, demo, papers, plots, scenes
 from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
@@ -178,6 +178,20 @@ def _parser() -> argparse.ArgumentParser:
         "--plot", type=Path, metavar="FILE",
         help="picture of time against error with the Pareto front, .png, .svg or .pdf",
     )  # fmt: skip
+
+    add = command(
+        "papers", _papers, "Measure the tables of the papers, beside the papers' figures."
+    )
+    add.add_argument(
+        "tables", nargs="*", metavar="TABLE", help=f"default: all of {', '.join(papers.NAMES)}"
+    )
+    add.add_argument(
+        "--quick", action="store_true", help="images and maps of half the size, fewer frames"
+    )
+    add.add_argument(
+        "-o", "--output", type=Path, metavar="FOLDER",
+        help="write all that was measured into this folder, and go on there after a stop",
+    )  # fmt: skip
     return top
 
 
@@ -308,6 +322,10 @@ def _bench_peers(options: argparse.Namespace, names: Sequence[str]) -> None:
         options.parameters,
     )
     bench.run(*_view(options), method, repeats=15 if options.repeats is None else options.repeats)
+
+
+def _papers(options: argparse.Namespace) -> None:
+    papers.run(options.tables, quick=options.quick, folder=options.output)
 
 
 # --- What the arguments mean ---
