@@ -2,6 +2,7 @@
 # make test     build and run every test
 # make lint     formatting, lints and types
 # make fmt      format everything
+# make docs     the documentation as a site in out/docs
 # make wheel    a wheel and a source distribution in dist/
 # make clean    remove what the others made
 
@@ -16,7 +17,7 @@ export VIRTUAL_ENV := $(VENV)
 unexport CONDA_PREFIX
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test lint fmt wheel clean setup setup-test build
+.PHONY: demo test lint fmt docs wheel clean setup setup-test build
 .NOTPARALLEL:
 
 demo: setup $(VENV)/.installed build
@@ -39,6 +40,9 @@ fmt: $(VENV)/.installed-test
 	cargo fmt
 	$(BIN)/ruff check --fix-only .
 	$(BIN)/ruff format .
+
+docs: setup-test $(VENV)/.installed-test build
+	$(BIN)/mkdocs build --strict --quiet --config-file docs/mkdocs.yml
 
 wheel: setup $(VENV)/.maturin
 	$(BIN)/maturin build --release --locked --strip --sdist --out dist

@@ -47,6 +47,15 @@ def test_time_against_error_shows_every_case_and_the_front(table):
     assert ax.get_xlabel() == "GPU time, ms"
 
 
+def test_a_method_without_a_resolution_has_no_label(table):
+    table.loc[3, "resolution"] = np.nan
+    assert [text.get_text() for text in plots.time_against_error(table).texts] == [
+        "256",
+        "512",
+        "256",
+    ]
+
+
 def test_series_differ_without_colour(table):
     many = pd.concat([table.assign(method=f"method {i}") for i in range(10)])
     ax = plots.error_against_resolution(many)

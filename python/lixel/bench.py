@@ -135,15 +135,7 @@ def moved_by_a_hair(camera: Camera, scene: Scene, random: np.random.Generator) -
     low, high = scene.bounds
     pose = camera.pose.copy()
     pose[:3, 3] += 1e-6 * float(np.linalg.norm(high - low)) * random.standard_normal(3)
-    return Camera(
-        pose,
-        focal=camera.focal,
-        centre=camera.centre,
-        width=camera.width,
-        height=camera.height,
-        znear=camera.znear,
-        zfar=camera.zfar,
-    )
+    return camera.posed(pose)
 
 
 def _row(contender: _Contender, visibility: Visibility, truth: Reference) -> dict[str, Any]:

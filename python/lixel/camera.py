@@ -331,6 +331,24 @@ class Camera:
             zfar=self.zfar,
         )
 
+    def posed(self, pose: npt.ArrayLike) -> Camera:
+        """The same camera elsewhere.
+
+        Parameters
+        ----------
+        pose : (4, 4) float
+            Camera-to-world, a rotation and a translation.
+        """
+        return Camera(
+            pose,
+            focal=self.focal,
+            centre=self.centre,
+            width=self.width,
+            height=self.height,
+            znear=self.znear,
+            zfar=self.zfar,
+        )
+
     # --- What it knows of itself ---
 
     @property

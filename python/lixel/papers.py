@@ -317,15 +317,7 @@ def _path(camera: Camera, number: int) -> dict[str, Camera]:
         )  # fmt: skip
         pose = camera.pose.copy()
         pose[:3, :3] = turn[:3, :3] @ pose[:3, :3]
-        cameras[str(i)] = Camera(
-            pose,
-            focal=camera.focal,
-            centre=camera.centre,
-            width=camera.width,
-            height=camera.height,
-            znear=camera.znear,
-            zfar=camera.zfar,
-        )
+        cameras[str(i)] = camera.posed(pose)
     return cameras
 
 

@@ -93,7 +93,9 @@ def time_against_error(
                 rows[error], rows[f"{time}_q1"], rows[f"{time}_q3"], color=style["color"], alpha=0.6
             )
         if label is not None:
-            for x, y, text in zip(rows[time], rows[error], rows[label], strict=True):
+            # A method without a map has no resolution.
+            named = rows.dropna(subset=[label])
+            for x, y, text in zip(named[time], named[error], named[label], strict=True):
                 ax.annotate(
                     f"{text:g}" if isinstance(text, (int, float)) else str(text), (x, y),
                     xytext=(5, 4), textcoords="offset points", fontsize="x-small", color="0.25",

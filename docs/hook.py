@@ -1,0 +1,228 @@
+"""What the documentation makes of the code: a page for each method, the API, mathematics.
+
+A hook of mkdocs; `make docs` builds the site. Methods, their docstrings and their citations are
+asked of the package, the figures are rendered, and the measurements are read from `results/`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import io
+import re
+import textwrap
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import pandas as pd
+from markdown import Extension, Markdown
+from markdown.preprocessors import Preprocessor
+from matplotlib import mathtext
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+import lixel as lx
+from lixel import _core, plots
+
+mpl.use("agg")
+
+RESULTS = Path(__file__).parent / "results"
+TITLES = {method["name"]: method["title"] for method in _core.methods()}
+CITATIONS = {method["name"]: method["citation"] for method in _core.methods()}
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    config.markdown_extensions.append(Mathematics())
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    def add(uri: str, content: str | bytes) -> None:
+        if uri in files.src_uris:
+            files.remove(files.src_uris[uri])
+        files.append(File.generated(config, uri, content=content))
+
+    add("methods/index.md", methods_page())
+    for name, method in lx.METHODS.items():
+        add(f"methods/{name}.md", method_page(name, method))
+        add(f"methods/{name}.png", figure(method))
+    picture = Path(__file__).parent / "time_against_error.png"
+    if picture.exists():
+        add("methods/time_against_error.png", picture.read_bytes())
+    add("api.md", api_page(files.src_uris["api.md"].content_string))
+    return files
+
+
+# --- Pages ---
+
+
+def methods_page() -> str:
+    rows = "\n".join(
+        f"| [`{name}`]({name}.md) | `lx.{method.__name__}` | {TITLES[name]} |"
+        for name, method in lx.METHODS.items()
+    )
+    lines = [
+        "# Methods",
+        'A method is a name, `method="rtw"`, or an object with parameters, '
+        "`lx.RectilinearWarp(resolution=2048)`.",
+        f"| name | object | title |\n|---|---|---|\n{rows}",
+    ]
+    if (RESULTS.parent / "time_against_error.png").exists():
+        lines.append("![Time against error](time_against_error.png)")
+    return "\n\n".join(lines)
+
+
+def method_page(name: str, method: type) -> str:
+    return "\n\n".join(
+        [
+            f"# {TITLES[name]}",
+            f'`method="{name}"`, or `lx.{method.__name__}` with parameters. {CITATIONS[name]}',
+            f"![Shadows by {name}, its aliasing error and its wrong pixels]({name}.png)",
+            "The colonnade at 480 x 270"
+            + (", with a map of 256²" if hasattr(method(), "resolution") else "")
+            + ": wrong pixels in red, and the aliasing error.",
+            *docstring(method),
+            *measurements(name),
+        ]
+    )
+
+
+def docstring(method: type) -> list[str]:
+    """The class's own words, and what the class that it builds on says of the other parameters."""
+    words = sections(method)
+    parts = [words.pop(""), "## Parameters"]
+    own = parameters(words.pop("Parameters", ""), method)
+    base = next((c for c in method.__mro__[1:] if "Parameters" in sections(c)), None)
+    shared = parameters(sections(base)["Parameters"], method) if base else {}
+    parts += own.values()
+    parts += [text for name, text in shared.items() if name not in own]
+    if len(parts) == 2:
+        parts.append("It has none.")
+    for title, text in words.items():
+        if title == "Examples":
+            text = f"```pycon\n{text.strip()}\n```"
+        parts += [f"## {title}", text]
+    return parts
+
+
+def sections(thing: type) -> dict[str, str]:
+    """A docstring in numpydoc's form by its headings; what comes first has none."""
+    if thing is object:
+        return {}
+    pieces = re.split(r"^(\w[\w ]*)\n-{3,}\n", inspect.getdoc(thing) or "", flags=re.M)
+    return {"": pieces[0], **dict(zip(pieces[1::2], pieces[2::2], strict=True))}
+
+
+def parameters(text: str, method: type) -> dict[str, str]:
+    """Each parameter's description by its name, with its type and its default."""
+    defaults = {f.name: f.default for f in dataclasses.fields(method)}
+    found = re.findall(r"^(\w+) : (.+)\n((?:(?: {4}.*)?\n?)*)", text, flags=re.M)
+    described = {}
+    for name, kind, body in found:
+        if name in defaults:
+            kind = kind.replace("{", "").replace("}", "")
+            # A definition, in the words of Markdown's extension.
+            words = textwrap.indent(textwrap.dedent(body).strip(), "    ").replace(
+                "    ", ":   ", 1
+            )
+            described[name] = f"`{name}` : {kind}; default `{defaults[name]!r}`\n\n{words}"
+    return described
+
+
+def measurements(name: str) -> list[str]:
+    """What was measured of a method, from every file of results that has it."""
+    parts = []
+    for file in sorted(RESULTS.glob("*.csv")):
+        table = pd.read_csv(file)
+        rows = table[(table["method"] == name) & table["error"].isna()]
+        if rows.empty:
+            continue
+        first = rows.iloc[0]
+        lines = [
+            "| scene | map | GPU ms | quartiles | misclassified | % of covered | false shadow |",
+            "|---|---|---|---|---|---|---|",
+        ]
+        for row in rows.itertuples():
+            resolution = "-" if pd.isna(row.resolution) else f"{row.resolution:.0f}²"
+            lines.append(
+                f"| {row.scene} | {resolution} | {row.gpu_ms:.1f} "
+                f"| {row.gpu_ms_q1:.1f} to {row.gpu_ms_q3:.1f} | {row.misclassified_count:,.0f} "
+                f"| {100 * row.rate_covered:.3f} | {row.false_shadow_count:,.0f} |"
+            )
+        parts += [
+            f"## Measured on {first.device}",
+            f"{first.width} x {first.height} pixels, {first.date}, driver {first.driver}, by "
+            f"`{first.command}`.",
+            "\n".join(lines),
+        ]
+    return parts
+
+
+def api_page(start: str) -> str:
+    """Every public name, and the modules that are used by their own names."""
+    methods = {method.__name__ for method in lx.METHODS.values()}
+    names = [name for name in lx.__all__ if name not in methods and name != "__version__"]
+    parts = [start, *(f"::: lixel.{name}" for name in names if name != "scenes")]
+    for module in ("scenes", "plots", "explore", "testing", "pytest_plugin", "papers"):
+        parts.append(
+            f"## lixel.{module}\n\n::: lixel.{module}\n    options:\n      "
+            "show_root_heading: false\n      show_root_toc_entry: false"
+        )
+    return "\n\n".join(parts)
+
+
+# --- Figures ---
+
+
+def figure(method: type) -> bytes:
+    scene = lx.scenes.colonnade()
+    camera, light = scene.cameras["default"].resized(480, 270), scene.lights["default"]
+    chosen = method(resolution=256) if hasattr(method(), "resolution") else method()
+    frame = lx.render(scene, camera, light, chosen)
+    shown, axes = plt.subplots(1, 2, figsize=(12, 3.6), layout="constrained")
+    plots.difference(lx.compare(frame, lx.reference(scene, camera, light)), axes[0])
+    plots.aliasing_error(frame, axes[1])
+    stream = io.BytesIO()
+    shown.savefig(stream, dpi=100)
+    plt.close(shown)
+    return stream.getvalue()
+
+
+# --- Mathematics: reStructuredText's, as docstrings have it, drawn without a script ---
+
+
+class Mathematics(Extension):
+    """``.. math::`` blocks and :math:`formulae` as pictures in the page."""
+
+    def extendMarkdown(self, md: Markdown) -> None:  # noqa: N802
+        # After the one that strips control characters, which mark what is stored.
+        md.preprocessors.register(Formulae(md), "formulae", 27)
+
+
+class Formulae(Preprocessor):
+    def run(self, lines: list[str]) -> list[str]:
+        text = "\n".join(lines)
+        text = re.sub(
+            r"^\.\. math:: *((?:.+\n?)(?: +.+\n?)*)",
+            lambda found: f"\n\n{self.stored(f'<p>{picture(found[1])}</p>')}\n\n",
+            text,
+            flags=re.M,
+        )
+        # The colons before a literal block.
+        text = re.sub(r"(?<=\w)::$", ":", text, flags=re.M)
+        text = re.sub(r":math:`([^`]+)`", lambda found: self.stored(picture(found[1])), text)
+        return text.split("\n")
+
+    def stored(self, html: str) -> str:
+        return self.md.htmlStash.store(html)
+
+
+def picture(formula: str) -> str:
+    """A formula of LaTeX as a drawing that takes the colour of the text."""
+    formula = " ".join(formula.split()).replace(r"\quad", r"\ \ \ ")
+    stream = io.StringIO()
+    depth = mathtext.math_to_image(f"${formula}$", stream, dpi=72, format="svg")
+    svg = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.S)
+    svg = svg[svg.index("<svg") :].replace("fill: #000000", "fill: currentColor")
+    return svg.replace("<svg ", f'<svg style="vertical-align:-{depth:.1f}pt" role="img" ', 1)
