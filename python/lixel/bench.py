@@ -9,6 +9,8 @@ have the same camera, so that nothing of a frame can be kept for the next.
 from __future__ import annotations
 
 import importlib.util
+import math
+import os
 import statistics
 import time
 from collections.abc import Callable
@@ -68,15 +70,21 @@ def run(
             _lixel(scene, light, method),
         )
     ]
+    if not isinstance(light, DirectionalLight):
+        raise ValueError(f"light must be directional to compare renderers, got {light}")
     for name, (module, prepare) in PEERS.items():
         if importlib.util.find_spec(module) is None:
             say(f"left out: {name}, which needs the package {module}")
             continue
         try:
-            contenders.append(_Contender(name, prepare(scene, light)))
-        # A peer may lack a driver or a library of its own; that is no reason to lose the others.
-        except (ImportError, RuntimeError, OSError) as error:
-            say(f"left out: {name}: {' '.join(str(error).split())}")
+            render = prepare(scene, light)
+            render(camera)
+        # A peer may lack a driver or a library of its own, and says so with errors of its own; that
+        # is no reason to lose the others.
+        except Exception as error:
+            say(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
+        else:
+            contenders.append(_Contender(name, render))
 
     views = _Views(scene, camera)
     for contender in contenders:
@@ -165,17 +173,11 @@ def wrong_pixels(visibility: Visibility, truth: Reference) -> int:
 # --- The renderers: from a scene and a light to a function of the camera ---
 
 
-def _direction(light: Light) -> npt.NDArray[np.float64]:
-    if not isinstance(light, DirectionalLight):
-        raise ValueError(f"light must be directional to compare renderers, got {light}")
-    return light.direction
-
-
 def _lixel(scene: Scene, light: Light, method: Method) -> Render:
     return lambda camera: render_shadows(scene, camera, light, method)
 
 
-def _mitsuba(scene: Scene, light: Light) -> Render:
+def _mitsuba(scene: Scene, light: DirectionalLight) -> Render:
     """Primary and shadow rays of Mitsuba 3 in one kernel."""
     import drjit as dr
     import mitsuba as mi
@@ -188,7 +190,7 @@ def _mitsuba(scene: Scene, light: Light) -> Render:
     parameters["faces"] = scene.faces.ravel()
     parameters.update()
     traced = mi.load_dict({"type": "scene", "mesh": mesh})
-    to_light = mi.Vector3f(*(-_direction(light)).tolist())
+    to_light = mi.Vector3f(*(-light.direction).tolist())
     offset = _offset(scene)
 
     def render(camera: Camera) -> Visibility:
@@ -220,7 +222,7 @@ def _mitsuba(scene: Scene, light: Light) -> Render:
     return render
 
 
-def _embree(scene: Scene, light: Light) -> Render:
+def _embree(scene: Scene, light: DirectionalLight) -> Render:
     """Primary and shadow rays of Embree through embreex, on one core."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -241,7 +243,7 @@ def _embree(scene: Scene, light: Light) -> Render:
     return _by_rays(scene, light, first, blocked)
 
 
-def _trimesh(scene: Scene, light: Light) -> Render:
+def _trimesh(scene: Scene, light: DirectionalLight) -> Render:
     """As a user of trimesh would: `mesh.ray`, which uses embreex."""
     import trimesh
     from trimesh.ray.ray_pyembree import RayMeshIntersector
@@ -251,8 +253,170 @@ def _trimesh(scene: Scene, light: Light) -> Render:
     return _by_rays(scene, light, intersector.intersects_first, intersector.intersects_any)
 
 
+def _open3d(scene: Scene, light: DirectionalLight) -> Render:
+    """Primary and shadow rays of Open3D's RaycastingScene, which uses Embree on all cores."""
+    import open3d as o3d
+
+    traced = o3d.t.geometry.RaycastingScene()
+    traced.add_triangles(scene.vertices.astype(np.float32), scene.faces)
+
+    def first(
+        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.int64]:
+        hit = traced.cast_rays(np.concatenate([origins, directions], axis=1))
+        triangle = hit["primitive_ids"].numpy().astype(np.int64)
+        return np.where(triangle == traced.INVALID_ID, -1, triangle)
+
+    def blocked(
+        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.bool_]:
+        rays = np.concatenate([origins, directions], axis=1)
+        return np.asarray(traced.test_occlusions(rays).numpy())
+
+    return _by_rays(scene, light, first, blocked)
+
+
+def _warp(scene: Scene, light: DirectionalLight) -> Render:
+    """Primary and shadow rays by mesh queries in a kernel of NVIDIA Warp, on the CPU or on CUDA."""
+    import warp as wp
+
+    wp.config.quiet = True
+    wp.init()
+    mesh = wp.Mesh(
+        points=wp.array(scene.vertices.astype(np.float32), dtype=wp.vec3),
+        indices=wp.array(scene.faces.astype(np.int32).ravel(), dtype=wp.int32),
+    )
+
+    def nearest(mesh, origins, directions, triangles):  # type: ignore[no-untyped-def]
+        i = wp.tid()
+        query = wp.mesh_query_ray(mesh, origins[i], directions[i], 1.0e30)
+        triangles[i] = wp.where(query.result, query.face, -1)
+
+    # Written out, because as source the annotations would be texts.
+    vectors = wp.array(dtype=wp.vec3)
+    nearest.__annotations__ = {
+        "mesh": wp.uint64, "origins": vectors, "directions": vectors,
+        "triangles": wp.array(dtype=wp.int32),
+    }  # fmt: skip
+    kernel = wp.kernel(nearest)
+
+    def first(
+        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.int32]:
+        triangles = wp.empty(len(origins), dtype=wp.int32)
+        rays = [wp.array(each, dtype=wp.vec3) for each in (origins, directions)]
+        wp.launch(kernel, dim=len(origins), inputs=[mesh.id, *rays], outputs=[triangles])
+        return np.asarray(triangles.numpy())
+
+    return _by_rays(scene, light, first, lambda o, d: first(o, d) >= 0)
+
+
+def _pyrender(scene: Scene, light: DirectionalLight) -> Render:
+    """pyrender's shadow map of 2048 x 2048 by OpenGL, off screen."""
+    os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
+    import pyglet
+
+    # pyrender imports its viewer, which would ask for X.
+    pyglet.options["headless"] = True
+    import pyrender
+    import trimesh
+
+    stage = pyrender.Scene(ambient_light=(0, 0, 0), bg_color=(0, 0, 0, 0))
+    matt = pyrender.MetallicRoughnessMaterial(
+        baseColorFactor=(1, 1, 1, 1), metallicFactor=0, roughnessFactor=1, doubleSided=True
+    )
+    mesh = trimesh.Trimesh(scene.vertices, scene.faces, process=False)
+    stage.add(pyrender.Mesh.from_trimesh(mesh, material=matt, smooth=False))
+    stage.add(pyrender.DirectionalLight(intensity=_DAZZLING), pose=_pose_along(light.direction))
+    seen_from: dict[tuple[int, int], Any] = {}
+
+    def render(camera: Camera) -> Visibility:
+        size = camera.width, camera.height
+        if size not in seen_from:
+            node = stage.add(
+                pyrender.IntrinsicsCamera(
+                    *camera.focal, *camera.centre, znear=camera._znear_for(scene), zfar=_far(scene)
+                )
+            )
+            seen_from[size] = node, pyrender.OffscreenRenderer(*size)
+        node, renderer = seen_from[size]
+        stage.main_camera_node = node
+        stage.set_pose(node, camera.pose)
+        picture, depth = renderer.render(stage, pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
+        return np.where(depth > 0, picture[..., 0] > 127, np.nan).astype(np.float32)
+
+    return render
+
+
+def _pygfx(scene: Scene, light: DirectionalLight) -> Render:
+    """pygfx's shadow map by wgpu, off screen, its camera fitted to the scene."""
+    import pygfx
+    from rendercanvas.offscreen import RenderCanvas
+
+    stage = pygfx.Scene()
+    stage.add(pygfx.Background.from_color("#0000ff"))
+    mesh = pygfx.Mesh(
+        pygfx.Geometry(
+            positions=scene.vertices.astype(np.float32), indices=scene.faces.astype(np.int32)
+        ),
+        pygfx.MeshPhongMaterial(color="#fff", specular="#000", side="both", flat_shading=True),
+    )
+    mesh.cast_shadow = mesh.receive_shadow = True
+    low, high = scene.bounds
+    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    sun = pygfx.DirectionalLight(intensity=_DAZZLING)
+    sun.cast_shadow = True
+    sun.local.position = middle - light.direction * 2 * radius
+    sun.target.local.position = middle
+    sun.shadow.camera.width = sun.shadow.camera.height = 2 * radius
+    sun.shadow.camera.depth_range = (radius, 3 * radius)
+    stage.add(mesh, sun, sun.target)
+    canvases: dict[tuple[int, int], Any] = {}
+
+    def render(camera: Camera) -> Visibility:
+        size = camera.width, camera.height
+        if size not in canvases:
+            canvas = RenderCanvas(size=size, pixel_ratio=1)
+            renderer = pygfx.renderers.WgpuRenderer(canvas, pixel_ratio=1)
+            renderer.ppaa = "none"
+            # pygfx's angle is that of the mean of width and height.
+            wide = math.tan(camera.yfov / 2) * (1 + size[0] / size[1]) / 2
+            eye = pygfx.PerspectiveCamera(
+                math.degrees(2 * math.atan(wide)),
+                size[0] / size[1],
+                depth_range=(camera._znear_for(scene), _far(scene)),
+            )
+            canvas.request_draw(lambda: renderer.render(stage, eye))
+            canvases[size] = canvas, eye
+        canvas, eye = canvases[size]
+        eye.world.matrix = camera.pose
+        red, blue = np.moveaxis(np.asarray(canvas.draw())[..., [0, 2]], -1, 0)
+        return np.where((blue > 127) & (red < 128), np.nan, red > 127).astype(np.float32)
+
+    return render
+
+
+# A light that saturates whatever it reaches, so that a pixel tells lit from shadow.
+_DAZZLING = 1000.0
+
+
+def _far(scene: Scene) -> float:
+    return 4.0 * float(np.linalg.norm(np.diff(scene.bounds, axis=0)))
+
+
+def _pose_along(direction: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """A pose that looks along a direction."""
+    back = -direction
+    right = np.cross((0.0, 1.0, 0.0) if abs(back[1]) < 0.9 else (1.0, 0.0, 0.0), back)
+    pose = np.eye(4)
+    pose[:3, 0] = right / np.linalg.norm(right)
+    pose[:3, 1] = np.cross(back, pose[:3, 0])
+    pose[:3, 2] = back
+    return pose
+
+
 def _by_rays(
-    scene: Scene, light: Light, first: Callable[..., Any], blocked: Callable[..., Any]
+    scene: Scene, light: DirectionalLight, first: Callable[..., Any], blocked: Callable[..., Any]
 ) -> Render:
     """A frame by numpy around two functions of rays."""
     corners = scene.vertices[scene.faces]
@@ -260,7 +424,7 @@ def _by_rays(
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = (normals / np.where(length > 0, length, 1)).astype(np.float32)
     anchors = corners[:, 0].astype(np.float32)
-    to_light = (-_direction(light)).astype(np.float32)
+    to_light = (-light.direction).astype(np.float32)
     offset = np.float32(_offset(scene))
 
     def render(camera: Camera) -> Visibility:
@@ -301,8 +465,12 @@ def _offset(scene: Scene) -> float:
 
 
 # The package that each peer needs, and what prepares it.
-PEERS: dict[str, tuple[str, Callable[[Scene, Light], Render]]] = {
+PEERS: dict[str, tuple[str, Callable[[Scene, DirectionalLight], Render]]] = {
     "Mitsuba 3 llvm_ad_rgb": ("mitsuba", _mitsuba),
     "embreex": ("embreex", _embree),
     "trimesh with embreex": ("embreex", _trimesh),
+    "Open3D": ("open3d", _open3d),
+    "Warp": ("warp", _warp),
+    "pyrender": ("pyrender", _pyrender),
+    "pygfx": ("pygfx", _pygfx),
 }
