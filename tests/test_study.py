@@ -346,6 +346,8 @@ def test_bench_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
     assert len(text) == 2 + 2 * 2 * 2
     table = pd.read_csv(output)
     assert list(table["lookup"].unique()) == ["auto", "depth"]
+    assert table["command"][0].startswith("lixel bench plane_and_box needles --size 64x36")
+    assert table["date"].str.fullmatch(r"\d{4}-\d\d-\d\d").all()
     assert set(samples(tmp_path / "table.csv.jsonl").values()) == {1}
     before = output.read_text()
     assert cli.main(command) == 0

@@ -10,6 +10,7 @@ import json
 import math
 import multiprocessing
 import re
+import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -67,6 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         given = sys.argv[1:] if arguments is None else arguments
         options = _parser().parse_args(_with_vectors_joined(given))
+        options.line = shlex.join(["lixel", *given])
         options.run(options)
     except (ValueError, TypeError, OSError, ImportError, DeviceError) as error:
         # One line, whatever the message holds.
@@ -299,7 +301,7 @@ def _bench(options: argparse.Namespace) -> None:
             executor=executor,
         )
     if options.output is not None:
-        save_table(table_of_cases, options.output)
+        save_table(table_of_cases.assign(command=options.line), options.output)
     if options.plot is not None:
         import matplotlib as mpl
 

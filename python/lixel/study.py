@@ -12,6 +12,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from datetime import datetime, timezone
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
@@ -117,7 +118,7 @@ def study(
         - ``aliasing_median``, ``aliasing_p95``: of `Frame.aliasing_error` over the pixels that face
           the light; ``aliasing_above_1``: the share of them where a texel is wider than the pixel.
         - ``map_bytes``: shadow map (depth and triangle) and warp map. ``stats.NAME``: counters.
-        - ``device``, ``driver``, ``lixel``, ``error``.
+        - ``device``, ``driver``, ``date`` (of the last frame), ``lixel``, ``error``.
 
         After Ctrl-C the rows hold what was measured until then, and ``attrs["complete"]`` is False.
 
@@ -533,6 +534,7 @@ def _sample(case: _Case, turn: int) -> Record:
         if turn == 0:
             record["stats"] = results["stats"]
         adapter = results["adapter"]
+        record["date"] = datetime.now(timezone.utc).date().isoformat()
         record["device"], record["driver"] = adapter.get("name", ""), adapter.get("driver", "")
     except (ValueError, DeviceError) as error:
         record["error"] = f"{type(error).__name__}: {error}"
@@ -618,6 +620,7 @@ def _rows(case: _Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, An
             {
                 "device": device,
                 "driver": driver,
+                "date": merged.get("date"),
                 "lixel": __version__,
                 "case": case.key,
                 "error": merged.get("error"),
