@@ -1,11 +1,12 @@
 // Importance of the cells of a grid over the light's map, from the receivers that face the light.
 //
-//   count     how many receivers fall in each cell (Milet et al., "Non-orthogonal texture warping",
-//             section 3): layout [function][cell], along x or, after the warp along x, along y
+//   count     how much the receivers in each cell weigh, one each without factors (Milet et al.,
+//             "Non-orthogonal texture warping", section 3): layout [function][cell], along x or, after
+//             the warp along x, along y
 //   maximum   the greatest importance of a receiver in each cell (Rosen, "Rectilinear texture
-//             warping", sections 5 and 6.3), a product of functions
+//             warping", sections 5 and 6.3)
 //
-// Integer atomics: the same bytes at every run.
+// The importance of a receiver is a product of factors. Integer atomics: the same bytes at every run.
 #import projection
 #import lib/receivers
 #import warp
@@ -14,19 +15,62 @@ struct Importance {
     functions: u32,                     // of `count`: rows, or columns along y
     cells: u32,
     along_y: u32,
-    uses_distance: u32,
-    uses_normal: u32,
     normal_bonus: f32,                  // Rosen's beta
+    map_weights: vec2<u32>,             // columns, rows
+    shadow_edges: u32,                  // columns and rows
+    tiles: u32,                         // columns of boundary weights
+    unit: f32,                          // what a weight of one counts
 }
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
 @group(0) @binding(1) var<uniform> importance_uniform: Importance;
 @group(0) @binding(2) var<storage, read_write> importance_map: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read> pixel_weights: array<f32>;
+@group(0) @binding(4) var<storage, read> map_weights: array<f32>;
+@group(0) @binding(6) var<storage, read> shadow_edges: array<f32>;
+@group(0) @binding(7) var<storage, read> boundary_weights: array<f32>;
 
 override rows_per_invocation: u32 = 1u;
+override uses_distance: bool = false;
+override uses_normal: bool = false;
+override uses_shadow_edge: bool = false;
+override uses_boundary: bool = false;
+override uses_pixel_weights: bool = false;
+override uses_map_weights: bool = false;
+
+const TILE: u32 = 4u;                   // as in boundary.wgsl
 
 fn cell_at(place: f32, cells: u32) -> u32 {
     return min(u32(clamp(place, 0.0, 1.0) * f32(cells)), cells - 1u);
+}
+
+// Desired view (5.1): every receiver has a part. The others are factors.
+fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, width: u32, uv: vec2<f32>) -> f32 {
+    var value = 1.0;
+    if uses_distance {
+        // Distance to eye (5.2): a sphere's image is proportional to 1 / depth.
+        value /= receiver.depth;
+    }
+    if uses_normal {
+        // Surface normal (5.4), turned towards the camera.
+        let cosine = abs(dot(receiver.normal, normalize(receiver.ray)));
+        value *= 1.0 + importance.normal_bonus * cosine;
+    }
+    if uses_shadow_edge {
+        let size = importance.shadow_edges;
+        value *= shadow_edges[cell_at(uv.y, size) * size + cell_at(uv.x, size)];
+    }
+    if uses_boundary {
+        value *= boundary_weights[(pixel.y / TILE) * importance.tiles + pixel.x / TILE];
+    }
+    if uses_pixel_weights {
+        value *= pixel_weights[pixel.y * width + pixel.x];
+    }
+    if uses_map_weights {
+        let size = importance.map_weights;
+        value *= map_weights[cell_at(uv.y, size.y) * size.x + cell_at(uv.x, size.x)];
+    }
+    return value;
 }
 
 @compute @workgroup_size(64)
@@ -48,7 +92,10 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
                 }
                 let function_index = cell_at(place.x, importance.functions);
                 let cell = cell_at(place.y, importance.cells);
-                atomicAdd(&importance_map[function_index * importance.cells + cell], 1u);
+                let pixel = vec2<u32>(invocation.x, row);
+                let weight = importance_of(importance, receiver, pixel, receivers.width, uv);
+                let counted = u32(round(weight * importance.unit));
+                atomicAdd(&importance_map[function_index * importance.cells + cell], counted);
             }
         }
     }
@@ -66,17 +113,8 @@ fn maximum(@builtin(global_invocation_id) invocation: vec3<u32>) {
             if receiver.faces_light {
                 let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
-                // Desired view (5.1): every receiver has a part. The others are factors.
-                var value = 1.0;
-                if importance.uses_distance != 0u {
-                    // Distance to eye (5.2): a sphere's image is proportional to 1 / depth.
-                    value /= receiver.depth;
-                }
-                if importance.uses_normal != 0u {
-                    // Surface normal (5.4), turned towards the camera.
-                    let cosine = abs(dot(receiver.normal, normalize(receiver.ray)));
-                    value *= 1.0 + importance.normal_bonus * cosine;
-                }
+                let pixel = vec2<u32>(invocation.x, row);
+                let value = importance_of(importance, receiver, pixel, receivers.width, uv);
                 let cell = cell_at(uv.y, importance.cells) * importance.cells
                     + cell_at(uv.x, importance.cells);
                 // Positive floats are ordered as their bits are.

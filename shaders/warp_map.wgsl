@@ -3,7 +3,8 @@
 // Non-orthogonal (Milet et al.): a function for each row (column) from the prefix sums of its counts
 // (Eq. 1-5). Smoothing among the functions is a weighted average by receiver counts N_i; since
 // N_i X_i(x) is the prefix sum itself, that average is the function of the *smoothed counts*. `smooth`
-// averages them over a window of functions; twice makes a tent.
+// averages them over a window of functions; twice makes a tent. Counts may be taken to a power, and a
+// part of the map may be shared out evenly: methods/notw.rs says why.
 //
 // Rectilinear (Rosen, 4.2): one function from the maxima of rows or columns, blurred by a Gaussian (Eq. 1).
 //
@@ -22,6 +23,8 @@ struct WarpAxis {
     greatest: u32,
     along_y: u32,                       // which maxima `collapse` takes
     blur_sigma: f32,                    // cells
+    exponent: f32,                      // of counts
+    even_share: f32,                    // part of the map that does not depend on counts
 }
 
 @group(0) @binding(0) var<uniform> axis_uniform: WarpAxis;
@@ -33,6 +36,7 @@ struct WarpAxis {
 @group(0) @binding(6) var<storage, read_write> blurred: array<f32>;
 
 const BLOCK: u32 = 16u;
+const POWER_UNIT: f32 = 256.0;
 
 // ---- non-orthogonal ----
 
@@ -41,7 +45,14 @@ fn widen(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
          @builtin(local_invocation_index) local: u32) {
     let index = (group.y * groups.x + group.x) * 64u + local;
     if index < arrayLength(&smoothed) {
-        smoothed[index] = u64(counts[index]);
+        let exponent = axis_uniform.exponent;
+        let count = counts[index];
+        if exponent == 1.0 {
+            smoothed[index] = u64(count);
+        } else {
+            // Integers again: a sum in another order is the same sum.
+            smoothed[index] = u64(select(round(POWER_UNIT * pow(f32(count), exponent)), 0.0, count == 0u));
+        }
     }
 }
 
@@ -86,7 +97,8 @@ fn functions_of_counts(@builtin(global_invocation_id) invocation: vec3<u32>) {
     var sum = 0lu;
     for (var cell = 0u; cell < axis.cells; cell += 1u) {
         let identity = f32(cell) / f32(axis.cells);
-        warp_table[start + cell] = select(f32(sum) / f32(total), identity, total == 0lu);
+        let equalized = mix(f32(sum) / f32(total), identity, axis.even_share);
+        warp_table[start + cell] = select(equalized, identity, total == 0lu);
         sum += weights[first + cell];
     }
     warp_table[start + axis.cells] = 1.0;

@@ -102,6 +102,30 @@ impl Projection {
         }
     }
 
+    /// The same rays in another number of texels along each side.
+    pub fn with_resolution(&self, resolution: u32) -> Self {
+        let side = f64::from(resolution);
+        let k = DVec2::new(side / f64::from(self.width), side / f64::from(self.height));
+        let is_round = self.kind == Kind::Paraboloid;
+        Self {
+            x_axis: if is_round {
+                self.x_axis
+            } else {
+                self.x_axis * k.x
+            },
+            y_axis: if is_round {
+                self.y_axis
+            } else {
+                self.y_axis * k.y
+            },
+            scale: self.scale * if is_round { k } else { DVec2::ONE },
+            centre: self.centre * k,
+            width: resolution,
+            height: resolution,
+            ..self.clone()
+        }
+    }
+
     pub fn texel_count(&self) -> usize {
         self.width as usize * self.height as usize
     }

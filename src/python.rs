@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::gpu;
 use crate::light::Light;
-use crate::methods::{Method, Parameters, Value};
+use crate::methods::{Array, Method, Parameters, Value};
 use crate::passes::rasterize::Counters;
 use crate::reference::{self, Reference};
 use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
@@ -243,6 +243,10 @@ fn value_to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
         Value::Int(value) => value.into_pyobject(py)?.into_any().unbind(),
         Value::Float(value) => value.into_pyobject(py)?.into_any().unbind(),
         Value::Text(value) => value.into_pyobject(py)?.into_any().unbind(),
+        Value::Array(array) => {
+            let shape = (array.rows, array.columns);
+            image(py, shape, array.values.to_vec()).into_any().unbind()
+        }
     })
 }
 
@@ -258,9 +262,16 @@ fn value_from_python(name: &str, value: &Bound<PyAny>) -> PyResult<Value> {
         Ok(Value::Float(value.extract()?))
     } else if value.is_instance_of::<PyString>() {
         Ok(Value::Text(value.extract()?))
+    } else if let Ok(array) = value.extract::<PyReadonlyArray2<f32>>() {
+        let array = array.as_array();
+        Ok(Value::Array(Array {
+            rows: array.nrows(),
+            columns: array.ncols(),
+            values: array.iter().copied().collect(),
+        }))
     } else {
         Err(PyTypeError::new_err(format!(
-            "{name} must be a number, a string or None, got {}",
+            "{name} must be a number, a string, an array or None, got {}",
             value.get_type().name()?
         )))
     }

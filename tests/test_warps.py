@@ -9,6 +9,8 @@ import lixel as lx
 from lixel.scenes import colonnade
 
 WARPS = ("rtw", "notw")
+# Functions that are the prefix sums themselves.
+PAPER = {"smoothing": 0, "exponent": 1, "even_share": 0}
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +63,7 @@ def test_counts_are_those_of_the_receivers(view):
 
 
 def test_row_functions_are_prefix_sums(view):
-    frame = lx.render(*view, lx.NonOrthogonalWarp(importance_resolution=64, smoothing=0))
+    frame = lx.render(*view, lx.NonOrthogonalWarp(importance_resolution=64, **PAPER))
     counts = frame.importance_map[0].astype(np.float64)
     total = counts.sum(axis=1)
     rows = frame.warp_map[0, 0]
@@ -73,7 +75,7 @@ def test_row_functions_are_prefix_sums(view):
 
 
 def test_notw_spreads_the_receivers(view):
-    frame = lx.render(*view, lx.NonOrthogonalWarp(smoothing=0))
+    frame = lx.render(*view, lx.NonOrthogonalWarp(**PAPER))
     uv = places(frame)
 
     def longest(points: np.ndarray) -> float:

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, TypeAlias, cast, get_args
 
-from .arguments import count, real
+import numpy as np
+import numpy.typing as npt
+
+from .arguments import count, real, reals
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
 Fit: TypeAlias = Literal["desired_view", "min_sm", "principal_axes"]
-Importance: TypeAlias = Literal["desired_view", "distance", "normal", "distance*normal"]
+Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
 
 
 def _check_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
@@ -47,6 +50,12 @@ class ShadowMethod:
     def map_resolution(self) -> int | None:
         """Texels along each side of the map, None where a method has no map."""
         return self.parameters().get("resolution")
+
+
+def _check_fraction(method: ShadowMapMethod, parameter: str) -> None:
+    value = getattr(method, parameter)
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"{parameter} must be from 0 to 1, got {value}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,7 +212,106 @@ class MinimalShadowMap(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RectilinearWarp(ShadowMapMethod):
+class WarpMethod(ShadowMapMethod):
+    """What the warps share: a fit, and what receivers are worth.
+
+    Parameters
+    ----------
+    importance : str or sequence of str
+        A product of functions, ``"distance*normal"`` or ``("distance", "normal")``; each method
+        names those that it knows.
+
+        - ``"desired_view"`` (rtw) or ``"count"`` (notw): 1 for every receiver.
+        - ``"distance"`` (rtw): one over its distance along the viewing direction (Rosen, 5.2).
+        - ``"shadow_edge"``: 1 where the depth seen from the light differs by more than `edge_bias`
+          from that of one of the eight texels around, `edge_floor` elsewhere (5.3).
+        - ``"normal"``: 1 + `normal_bonus` times the cosine between normal and view (5.4).
+        - ``"boundary"``: `boundary_weight` for receivers within 4 to 8 pixels of the boundary of a
+          shadow, 1 elsewhere; a first pass without a warp finds the boundaries (after Chong and
+          Gortler). It mostly helps, and where the first pass misses the shadows it does harm.
+    normal_bonus : float
+        Rosen's beta.
+    analysis_resolution : int
+        Texels along each side of the light's depth image, and of the first pass's map.
+    edge_bias : float, optional
+        In world units along the light's ray. None: the width of two texels of the depth image.
+    edge_floor : float
+        Rosen's alpha, from 0 to 1.
+    boundary_weight : float
+        Of a receiver near a boundary.
+    pixel_weights : (H, W) array, optional
+        One more factor for each pixel of the image; finite, not negative.
+    map_weights : (h, w) array, optional
+        One more factor for each cell of a grid of any size over the fitted map (every layer's), row
+        0 at its top; finite, not negative.
+    importance_resolution : int
+        Cells along each side of the importance map.
+    fit : {"desired_view", "min_sm", "principal_axes"}
+        How the map is turned before it is warped: not at all, as `MinimalShadowMap`, or along the
+        principal axes of the receivers across the light.
+
+    The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays.
+    """
+
+    functions: ClassVar[tuple[str, ...]]
+
+    importance: str | Sequence[str]
+    normal_bonus: float = 2.0
+    analysis_resolution: int = 512
+    edge_bias: float | None = None
+    edge_floor: float = 0.001
+    boundary_weight: float = 20.0
+    pixel_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
+    map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
+    importance_resolution: int = 512
+    fit: Fit = "desired_view"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        parts = self.importance
+        parts = [p.strip() for p in parts.split("*")] if isinstance(parts, str) else list(parts)
+        known = ", ".join(map(repr, self.functions))
+        unknown = [part for part in parts if part not in self.functions]
+        if unknown or not parts:
+            wrong = repr(unknown[0]) if unknown else repr(self.importance)
+            raise ValueError(f"importance must be a product of {known}, got {wrong}")
+        product = "*".join(name for name in self.functions if name in parts)
+        object.__setattr__(self, "importance", product)
+        _check_choice("fit", self.fit, get_args(Fit))
+        for parameter, unit in (
+            ("importance_resolution", "cells"),
+            ("analysis_resolution", "texels"),
+        ):
+            value = count(parameter, getattr(self, parameter), unit)
+            object.__setattr__(self, parameter, value)
+        for parameter in ("normal_bonus", "edge_floor", "boundary_weight"):
+            object.__setattr__(self, parameter, real(parameter, getattr(self, parameter)))
+        if self.edge_bias is not None:
+            object.__setattr__(self, "edge_bias", real("edge_bias", self.edge_bias))
+        _check_not_negative(self, "normal_bonus", "edge_bias", "boundary_weight")
+        _check_fraction(self, "edge_floor")
+        for parameter in ("pixel_weights", "map_weights"):
+            weights = getattr(self, parameter)
+            if weights is not None:
+                object.__setattr__(self, parameter, _weights(parameter, weights))
+
+    def parameters(self) -> dict[str, Any]:
+        return {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self)}
+
+
+def _weights(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    weights = reals(name, value, "h", "w").astype(np.float32)
+    if weights.size == 0:
+        raise ValueError(f"{name} must hold at least one weight, got shape {weights.shape}")
+    if not (np.isfinite(weights) & (weights >= 0)).all():
+        wrong = weights[~(np.isfinite(weights) & (weights >= 0))][0]
+        raise ValueError(f"{name} must be finite and not negative, got {wrong}")
+    weights.flags.writeable = False
+    return weights
+
+
+@dataclass(frozen=True, kw_only=True)
+class RectilinearWarp(WarpMethod):
     """The desired view's map with its rows and columns moved apart where it matters.
 
     An importance map over the desired view's map takes, in each cell, the greatest importance of
@@ -217,20 +325,16 @@ class RectilinearWarp(ShadowMapMethod):
 
     Parameters
     ----------
-    importance : {"desired_view", "distance", "normal", "distance*normal"}
-        Rosen's functions, by backward analysis: 1 for every receiver (5.1), one over its distance
-        along the viewing direction (5.2), the surface normal (5.4), or a product.
-    importance_resolution : int
-        Cells along each side of the importance map.
+    importance : str or sequence of str
+        A product of ``"desired_view"``, ``"distance"``, ``"normal"``, ``"shadow_edge"`` and
+        ``"boundary"``, see `WarpMethod`.
+    analysis : {"backward", "forward", "hybrid"}
+        Where importance comes from (4.1): the receivers; the light's depth image, which cannot tell
+        ``"boundary"`` nor `pixel_weights`; or the receivers with ``"shadow_edge"`` from the light.
     blur : float
         Standard deviation of the Gaussian blur of the maxima, in cells.
-    normal_bonus : float
-        Rosen's beta, for the surface normal.
-    fit : {"desired_view", "min_sm", "principal_axes"}
-        How the map is turned before it is warped: not at all, as `MinimalShadowMap`, or along the
-        principal axes of the receivers across the light.
 
-    The others are those of `ShadowMapMethod`.
+    The others are those of `WarpMethod`.
 
     References
     ----------
@@ -244,25 +348,27 @@ class RectilinearWarp(ShadowMapMethod):
 
     name: ClassVar[str] = "rtw"
 
-    importance: Importance = "distance"
-    importance_resolution: int = 512
+    functions: ClassVar[tuple[str, ...]] = (
+        "desired_view",
+        "distance",
+        "normal",
+        "shadow_edge",
+        "boundary",
+    )
+
+    importance: str | Sequence[str] = "distance"
+    analysis: Analysis = "backward"
     blur: float = 3.0
-    normal_bonus: float = 2.0
-    fit: Fit = "desired_view"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_choice("importance", self.importance, get_args(Importance))
-        _check_choice("fit", self.fit, get_args(Fit))
-        cells = count("importance_resolution", self.importance_resolution, "cells")
-        object.__setattr__(self, "importance_resolution", cells)
-        for parameter in ("blur", "normal_bonus"):
-            object.__setattr__(self, parameter, real(parameter, getattr(self, parameter)))
-        _check_not_negative(self, "blur", "normal_bonus")
+        _check_choice("analysis", self.analysis, get_args(Analysis))
+        object.__setattr__(self, "blur", real("blur", self.blur))
+        _check_not_negative(self, "blur")
 
 
 @dataclass(frozen=True, kw_only=True)
-class NonOrthogonalWarp(ShadowMapMethod):
+class NonOrthogonalWarp(WarpMethod):
     """The desired view's map with the receivers spread evenly over its texels.
 
     The receivers are counted in cells of the desired view's map. Each row gets a function of its
@@ -275,21 +381,33 @@ class NonOrthogonalWarp(ShadowMapMethod):
     :math:`j = \\lfloor x' w \\rfloor` (Eq. 6). Rasterization is exact: each texel takes its own
     light ray.
 
+    Beyond the papers, counts are taken to the power `exponent` and a part of each function,
+    `even_share`, is the identity. Of ``n`` pixels that share ``s`` texels, about ``n s**(-1/2)``
+    are wrong along edges, which is least in total for ``s`` in proportion to ``n**(2/3)``; equal
+    counts take too much from what is thinly covered.
+
     Limits: neighbouring functions differ, and where they differ much a texel's footprint is torn,
     which costs accuracy that the even spread had won. The analysis and the rasterization take
     longer than those of `RectilinearWarp`.
 
     Parameters
     ----------
+    importance : str or sequence of str
+        A product of ``"count"``, ``"normal"``, ``"shadow_edge"`` and ``"boundary"``, see
+        `WarpMethod`: what each receiver counts.
     importance_resolution : int
         Functions along each axis, and cells of each.
     smoothing : float, optional
         Standard deviation, in functions, of the weighted average among neighbouring functions.
-        None: a sixteenth of `importance_resolution`.
-    fit : {"desired_view", "min_sm", "principal_axes"}
-        How the map is turned before it is warped, as for `RectilinearWarp`.
+        None: a thirty-second of `importance_resolution`.
+    exponent : float
+        From 0 to 1: the power of its count that a cell is worth. 1 is the papers'; less of it gives
+        more texels to what is thinly covered.
+    even_share : float
+        From 0 to 1: the part of each function that is the identity, so that nothing is squeezed
+        farther than to this part of its size. 0 is the papers'.
 
-    The others are those of `ShadowMapMethod`.
+    The others are those of `WarpMethod`.
 
     References
     ----------
@@ -304,18 +422,21 @@ class NonOrthogonalWarp(ShadowMapMethod):
 
     name: ClassVar[str] = "notw"
 
-    importance_resolution: int = 512
+    functions: ClassVar[tuple[str, ...]] = ("count", "normal", "shadow_edge", "boundary")
+
+    importance: str | Sequence[str] = "count"
     smoothing: float | None = None
-    fit: Fit = "desired_view"
+    exponent: float = 2 / 3
+    even_share: float = 0.15
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_choice("fit", self.fit, get_args(Fit))
-        cells = count("importance_resolution", self.importance_resolution, "cells")
-        object.__setattr__(self, "importance_resolution", cells)
-        if self.smoothing is not None:
-            object.__setattr__(self, "smoothing", real("smoothing", self.smoothing))
+        for parameter in ("smoothing", "exponent", "even_share"):
+            if getattr(self, parameter) is not None:
+                object.__setattr__(self, parameter, real(parameter, getattr(self, parameter)))
         _check_not_negative(self, "smoothing")
+        _check_fraction(self, "exponent")
+        _check_fraction(self, "even_share")
 
 
 @dataclass(frozen=True, kw_only=True)

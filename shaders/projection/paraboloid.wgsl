@@ -29,6 +29,10 @@ fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f3
     return plane_from_projected(q) * projection.scale;
 }
 
+fn projected_from_ray(ray: vec3<f32>, depth: f32) -> vec3<f32> {
+    return ray * depth;
+}
+
 fn depth_from_projected(q: vec3<f32>) -> f32 {
     return length(q);
 }

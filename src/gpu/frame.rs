@@ -109,6 +109,20 @@ impl Frame {
             })
     }
 
+    /// A storage buffer that holds the values; not pooled, as uniforms are not.
+    pub fn constants(&self, what: &str, values: &[f32]) -> Result<wgpu::Buffer> {
+        let usage = BufferUsages::STORAGE;
+        pool::check_size(&self.gpu, what, size_of_val(values) as u64, usage)?;
+        Ok(self
+            .gpu
+            .device
+            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(what),
+                contents: bytemuck::cast_slice(values),
+                usage,
+            }))
+    }
+
     /// Sets a buffer to zero.
     pub fn clear(&mut self, buffer: &wgpu::Buffer) {
         self.encoder.clear_buffer(buffer, 0, None);

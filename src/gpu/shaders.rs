@@ -36,11 +36,14 @@ pub const FILES: &[(&str, &str)] = &[
     file!("target/depth_triangle"),
     file!("warp/grid"),
     file!("warp/none"),
+    file!("boundary"),
+    file!("forward_importance"),
     file!("importance_map"),
     file!("lookup"),
     file!("rasterize"),
     file!("outline"),
     file!("receivers"),
+    file!("shadow_edge"),
     file!("shadow_rays"),
     file!("warp_map"),
 ];
@@ -108,11 +111,14 @@ mod tests {
     /// Every shader that a pass may ask for, with every filling of its slots.
     fn shaders() -> Vec<Shader> {
         let files = [
+            "boundary",
+            "forward_importance",
             "importance_map",
             "lookup",
             "outline",
             "rasterize",
             "receivers",
+            "shadow_edge",
             "shadow_rays",
             "warp_map",
         ];

@@ -6,6 +6,7 @@
 mod central_fit;
 mod desired_view;
 mod fit;
+mod importance;
 mod min_sm;
 mod notw;
 mod parallel_fit;
@@ -15,7 +16,7 @@ mod rtw;
 mod uniform;
 mod view;
 
-pub use parameters::{MapParameters, Parameters, Value};
+pub use parameters::{Array, MapParameters, Parameters, Value};
 pub use uniform::fit_uniform;
 pub use view::{Fitted, Layer, Plan, ReceiverCounts, Recorded, View};
 

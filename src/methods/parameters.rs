@@ -5,6 +5,7 @@ use crate::passes::lookup::{Comparison, DepthBias};
 use crate::projection::{Kind, Projection};
 use glam::DVec3;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A value of a parameter, as Python has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +15,15 @@ pub enum Value {
     Int(i64),
     Float(f64),
     Text(String),
+    Array(Array),
+}
+
+/// Numbers in rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    pub rows: usize,
+    pub columns: usize,
+    pub values: Arc<[f32]>,
 }
 
 impl std::fmt::Display for Value {
@@ -24,6 +34,9 @@ impl std::fmt::Display for Value {
             Self::Int(value) => write!(f, "{value}"),
             Self::Float(value) => write!(f, "{value}"),
             Self::Text(value) => write!(f, "{value:?}"),
+            Self::Array(array) => {
+                write!(f, "an array of shape ({}, {})", array.rows, array.columns)
+            }
         }
     }
 }
@@ -91,6 +104,13 @@ impl Parameters {
         Ok(number)
     }
 
+    /// A number from 0 to 1.
+    pub fn take_fraction(&mut self, name: &str) -> Result<f64> {
+        let number = self.take_non_negative(name)?;
+        ensure_value!(number <= 1.0, "{name} must be at most 1, got {number}");
+        Ok(number)
+    }
+
     /// As `take_non_negative`, or `None`.
     pub fn take_optional(&mut self, name: &str) -> Result<Option<f64>> {
         if self.0.get(name) == Some(&Value::None) {
@@ -98,6 +118,51 @@ impl Parameters {
             return Ok(None);
         }
         self.take_non_negative(name).map(Some)
+    }
+
+    /// Weights in rows: finite, not negative, at least one of them; or `None`.
+    pub fn take_weights(&mut self, name: &str) -> Result<Option<Array>> {
+        match self.take(name) {
+            Value::None => Ok(None),
+            Value::Array(array) => {
+                ensure_value!(
+                    !array.values.is_empty(),
+                    "{name} must hold at least one weight, got an array of shape ({}, {})",
+                    array.rows,
+                    array.columns
+                );
+                let is_weight = |value: &&f32| value.is_finite() && **value >= 0.0;
+                if let Some(wrong) = array.values.iter().find(|value| !is_weight(value)) {
+                    return Err(Error::Value(format!(
+                        "{name} must be finite and not negative, got {wrong}"
+                    )));
+                }
+                Ok(Some(array))
+            }
+            value => Err(Error::Value(format!(
+                "{name} must be an array with two axes, got {value}"
+            ))),
+        }
+    }
+
+    /// A product of words, `"a*b"`, each at most once.
+    pub fn take_product(
+        &mut self,
+        name: &str,
+        known: &[&'static str],
+    ) -> Result<Vec<&'static str>> {
+        let value = self.take(name);
+        let words = match &value {
+            Value::Text(text) => text
+                .split('*')
+                .map(|word| known.iter().copied().find(|&known| known == word.trim()))
+                .collect::<Option<Vec<_>>>(),
+            _ => None,
+        };
+        words.ok_or_else(|| {
+            let known = known.join(", ");
+            Error::Value(format!("{name} must be a product of {known}, got {value}"))
+        })
     }
 
     /// One of a few words.

@@ -3,25 +3,36 @@
 //! Each cell of a map of importance takes the greatest importance of the receivers in it; the maxima of
 //! rows and columns, blurred, say how much of the map they get.
 //!
-//! Paul Rosen. Rectilinear texture warping for fast adaptive shadow mapping. I3D 2012. Backward
-//! analysis (section 4.1), functions of sections 5.1, 5.2 and 5.4, warp maps of section 4.2, Eq. 1.
+//! Paul Rosen. Rectilinear texture warping for fast adaptive shadow mapping. I3D 2012. Forward,
+//! backward and hybrid analysis (section 4.1), the functions of section 5, warp maps of section 4.2, Eq. 1.
 //! Rasterization is exact here, not with the straight edges of section 6.1.
 //!
-//! Parameters: those of every map, and `fit`, `importance`, `importance_resolution`, `blur`, `normal_bonus`.
+//! Parameters: those of every map and of the analysis (importance.rs), and `analysis`, `fit`,
+//! `importance_resolution`, `blur`.
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
 use super::fit::Fit;
+use super::importance::{Analysis, DIRECTIONS, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
-use crate::error::Result;
-use crate::passes::importance_map::{Factors, Importance};
+use crate::error::{Result, ensure_value};
+use crate::passes::importance_map::Importance;
 use crate::passes::warp_map::{Axis, WarpMap};
+
+const FUNCTIONS: &[&str] = &[
+    "desired_view",
+    "distance",
+    "normal",
+    "shadow_edge",
+    "boundary",
+];
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct RectilinearWarp {
     pub map: MapParameters,
     pub fit: Fit,
-    pub factors: Factors,
+    pub analysis: Analysis,
+    pub direction: Direction,
     /// Cells along each side of the importance map.
     pub importance_resolution: u32,
     /// Standard deviation of the blur, in cells.
@@ -36,47 +47,67 @@ impl ShadowMethod for RectilinearWarp {
 
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
+        defaults.extend(Analysis::defaults("distance"));
         defaults.extend([
-            ("importance", Value::Text("distance".to_string())),
+            ("analysis", Value::Text("backward".to_string())),
             (Fit::NAME, Fit::default_value()),
             ("importance_resolution", Value::Int(512)),
             ("blur", Value::Float(3.0)),
-            ("normal_bonus", Value::Float(2.0)),
         ]);
         defaults
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let normal_bonus = parameters.take_non_negative("normal_bonus")?;
-        let factors = |distance, uses_normal: bool| Factors {
-            distance,
-            normal: uses_normal.then_some(normal_bonus),
-        };
-        Ok(Self {
+        let method = Self {
             map: MapParameters::from_parameters(parameters)?,
             fit: parameters.take_choice(Fit::NAME, Fit::CHOICES)?,
-            factors: parameters.take_choice(
-                "importance",
-                &[
-                    ("desired_view", factors(false, false)),
-                    ("distance", factors(true, false)),
-                    ("normal", factors(false, true)),
-                    ("distance*normal", factors(true, true)),
-                ],
-            )?,
+            analysis: Analysis::from_parameters(parameters, FUNCTIONS)?,
+            direction: parameters.take_choice("analysis", DIRECTIONS)?,
             importance_resolution: parameters.take_resolution("importance_resolution")?,
             blur: parameters.take_non_negative("blur")?,
-        })
+        };
+        let Analysis {
+            shadow_edge,
+            boundary,
+            pixel_weights,
+            ..
+        } = &method.analysis;
+        match method.direction {
+            Direction::Backward => {
+                ensure_value!(
+                    !shadow_edge,
+                    "analysis must be \"forward\" or \"hybrid\" for the importance \"shadow_edge\", got \
+                 \"backward\""
+                );
+            }
+            Direction::Forward => {
+                ensure_value!(
+                    !boundary && pixel_weights.is_none(),
+                    "analysis must be \"backward\" or \"hybrid\" for \"boundary\" and pixel_weights, got \
+                 \"forward\""
+                );
+            }
+            Direction::Hybrid => {}
+        }
+        Ok(method)
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let resolution = self.map.resolution;
         let cells = self.importance_resolution;
         let mut plans = Vec::new();
-        for fitted in self.fit.fit(view, resolution)? {
+        let layers = self.fit.fit(view, resolution)?;
+        let prepared = self.analysis.prepare(view, &self.map, &layers)?;
+        for fitted in layers {
             let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
-            let importance = Importance::Maximum(self.factors);
-            let importance = view.importance_map(&fitted, cells, importance, None)?;
+            let analysed = self.analysis.look(view, &fitted, self.direction)?;
+            let factors = self.analysis.factors(&prepared, analysed.as_ref());
+            let importance = match (self.direction, &analysed) {
+                (Direction::Forward, Some(analysed)) => {
+                    view.forward_importance(analysed, cells, factors)?
+                }
+                _ => view.importance_map(&fitted, cells, Importance::Maximum, factors, None)?,
+            };
             let frame = view.frame();
             for axis in [Axis::X, Axis::Y] {
                 warp.fit_maxima(frame, axis, resolution, &importance.buffer, self.blur)?;

@@ -6,13 +6,17 @@ use crate::error::Result;
 use crate::gpu::frame::{Frame, Read, ReadResults};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
-use crate::passes::importance_map::{self, Importance, ImportanceMap};
+use crate::passes::boundary::{self, BoundaryWeights};
+use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
 use crate::passes::lookup::{self, Comparison, Looked};
 use crate::passes::outline::{self, Points};
-use crate::passes::rasterize::Counters;
+use crate::passes::rasterize::{Counters, Target};
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
-use crate::passes::{Facts, Inputs, PendingFacts, Receivers, shadow_map, shadow_rays};
+use crate::passes::{
+    Facts, Inputs, PendingFacts, Receivers, forward_importance, shadow_edge, shadow_map,
+    shadow_rays,
+};
 use crate::projection::Projection;
 use crate::region::Region;
 use crate::scene::Scene;
@@ -52,6 +56,23 @@ pub struct ReceiverCounts {
 pub struct Fitted {
     pub projection: Projection,
     pub region: Region,
+}
+
+impl Fitted {
+    /// The same layer in another number of texels along each side.
+    pub fn with_resolution(&self, resolution: u32) -> Self {
+        Self {
+            projection: self.projection.with_resolution(resolution),
+            region: self.region.clone(),
+        }
+    }
+}
+
+/// What the light sees of a layer: depths and triangles, and a factor for each texel.
+pub struct Analysed {
+    pub fitted: Fitted,
+    texels: PooledBuffer,
+    pub edges: Option<PooledBuffer>,
 }
 
 /// What makes a layer, before it has texels.
@@ -162,11 +183,57 @@ impl<'a> View<'a> {
         layer: &Fitted,
         cells: u32,
         importance: Importance,
+        factors: Factors,
         warp: Option<&WarpMap>,
     ) -> Result<ImportanceMap> {
         let Fitted { projection, region } = layer;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
-        importance_map::importance_map(&mut self.frame, seen, projection, cells, importance, warp)
+        let frame = &mut self.frame;
+        importance_map::importance_map(frame, seen, projection, cells, importance, factors, warp)
+    }
+
+    /// What the light sees of a layer.
+    pub fn depth_image(&mut self, fitted: Fitted) -> Result<Analysed> {
+        let projection = &fitted.projection;
+        let target = Target::DepthTriangle;
+        let rasterized =
+            shadow_map::shadow_map(&mut self.frame, self.inputs, projection, None, target)?;
+        self.pending.push((shadow_map::LABEL, rasterized.counters));
+        Ok(Analysed {
+            fitted,
+            texels: rasterized.texels,
+            edges: None,
+        })
+    }
+
+    /// Finds the shadow edges of a depth image.
+    pub fn shadow_edges(&mut self, analysed: &mut Analysed, bias: f64, floor: f64) -> Result<()> {
+        let projection = &analysed.fitted.projection;
+        let (frame, texels) = (&mut self.frame, &analysed.texels);
+        let edges = shadow_edge::shadow_edge(frame, self.inputs, projection, texels, bias, floor)?;
+        analysed.edges = Some(edges);
+        Ok(())
+    }
+
+    /// The importance of the cells of a layer's map, from what the light sees.
+    pub fn forward_importance(
+        &mut self,
+        analysed: &Analysed,
+        cells: u32,
+        factors: Factors,
+    ) -> Result<ImportanceMap> {
+        let Analysed { fitted, texels, .. } = analysed;
+        let Fitted { projection, region } = fitted;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let frame = &mut self.frame;
+        forward_importance::forward_importance(frame, seen, projection, texels, cells, factors)
+    }
+
+    /// Weights of the receivers near the boundaries of shadows.
+    pub fn boundary(&mut self, visibility: &wgpu::Buffer, weight: f64) -> Result<BoundaryWeights> {
+        let region = &self.everywhere;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        boundary::boundary(&mut self.frame, seen, visibility, weight)
     }
 
     /// The last two steps of every method with maps: casters into each layer, receivers against it.

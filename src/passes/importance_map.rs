@@ -1,9 +1,10 @@
 //! Pass "importance map": what the receivers make of each cell of the light's map.
 
 use super::Receivers;
+use super::boundary::BoundaryWeights;
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
@@ -14,22 +15,50 @@ pub const LABEL: &str = "importance map";
 /// What a cell is worth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Importance {
-    /// How many receivers fall in it, cells along x in each of `functions` rows.
-    CountAlongX { functions: u32 },
+    /// How much the receivers in it weigh, cells along x in each of `functions` rows.
+    CountAlongX { functions: u32, unit: f64 },
     /// The same along y in each of `functions` columns, once the receivers went through the warp's
     /// functions along x.
-    CountAlongY { functions: u32 },
-    /// The greatest importance of a receiver in it: a product of Rosen's functions.
-    Maximum(Factors),
+    CountAlongY { functions: u32, unit: f64 },
+    /// The greatest importance of a receiver in it.
+    Maximum,
 }
 
-/// Rosen's importance functions (section 5); every receiver is in the desired view.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Factors {
+/// The factors of a receiver's importance (Rosen, section 5); every receiver is in the desired view.
+#[derive(Clone, Copy, Default)]
+pub struct Factors<'a> {
     /// One over the distance along the viewing direction (5.2).
     pub distance: bool,
     /// The surface normal (5.4), with its bonus beta.
     pub normal: Option<f64>,
+    /// A factor for each texel of an image from the light (5.3), and its side.
+    pub shadow_edge: Option<(&'a wgpu::Buffer, u32)>,
+    pub boundary: Option<&'a BoundaryWeights>,
+    /// A factor for each pixel.
+    pub pixel_weights: Option<&'a wgpu::Buffer>,
+    /// A factor for each cell of a grid over the light's map, and its columns and rows.
+    pub map_weights: Option<(&'a wgpu::Buffer, [u32; 2])>,
+}
+
+impl<'a> Factors<'a> {
+    /// Constants of the shaders that multiply them.
+    pub fn constants(&self) -> [(&'static str, f64); 4] {
+        let flag = |value| f64::from(u8::from(value));
+        [
+            ("uses_distance", flag(self.distance)),
+            ("uses_normal", flag(self.normal.is_some())),
+            ("uses_shadow_edge", flag(self.shadow_edge.is_some())),
+            ("uses_map_weights", flag(self.map_weights.is_some())),
+        ]
+    }
+
+    /// Those that light and camera both see; `unused` stands for one that is not there.
+    pub fn bindings(&self, unused: &'a wgpu::Buffer) -> [Binding<'a>; 2] {
+        [
+            (4, buffer(self.map_weights.map_or(unused, |(b, _)| b))),
+            (6, buffer(self.shadow_edge.map_or(unused, |(b, _)| b))),
+        ]
+    }
 }
 
 /// An importance map on the device, `cells` to each of `functions` rows.
@@ -37,16 +66,15 @@ pub struct ImportanceMap {
     pub buffer: PooledBuffer,
     pub functions: u32,
     pub cells: u32,
-    /// Whether a cell holds a count, or the bits of a float32.
-    pub is_count: bool,
+    /// What a weight of one counts where a cell holds a count; else it holds the bits of a float32.
+    pub count_unit: Option<f64>,
 }
 
 impl ImportanceMap {
     pub fn value_from_bits(&self, bits: u32) -> f32 {
-        if self.is_count {
-            bits as f32
-        } else {
-            f32::from_bits(bits)
+        match self.count_unit {
+            Some(unit) => (f64::from(bits) / unit) as f32,
+            None => f32::from_bits(bits),
         }
     }
 }
@@ -58,10 +86,12 @@ struct ImportanceUniform {
     functions: u32,
     cells: u32,
     along_y: u32,
-    uses_distance: u32,
-    uses_normal: u32,
     normal_bonus: f32,
-    padding: [u32; 2],
+    map_weights: [u32; 2],
+    shadow_edges: u32,
+    tiles: u32,
+    unit: f32,
+    padding: [u32; 3],
 }
 
 /// Records the pass.
@@ -71,22 +101,24 @@ pub fn importance_map(
     projection: &Projection,
     cells: u32,
     importance: Importance,
+    factors: Factors,
     warp: Option<&WarpMap>,
 ) -> Result<ImportanceMap> {
-    let (entry_point, functions, along_y, factors) = match importance {
-        Importance::CountAlongX { functions } => ("count", functions, false, None),
-        Importance::CountAlongY { functions } => ("count", functions, true, None),
-        Importance::Maximum(factors) => ("maximum", cells, false, Some(factors)),
+    let (entry_point, functions, along_y, count_unit) = match importance {
+        Importance::CountAlongX { functions, unit } => ("count", functions, false, Some(unit)),
+        Importance::CountAlongY { functions, unit } => ("count", functions, true, Some(unit)),
+        Importance::Maximum => ("maximum", cells, false, None),
     };
-    let normal = factors.and_then(|factors| factors.normal);
     let uniform = ImportanceUniform {
         functions,
         cells,
         along_y: u32::from(along_y),
-        uses_distance: u32::from(factors.is_some_and(|factors| factors.distance)),
-        uses_normal: u32::from(normal.is_some()),
-        normal_bonus: normal.unwrap_or(0.0) as f32,
-        padding: [0; 2],
+        normal_bonus: factors.normal.unwrap_or(0.0) as f32,
+        map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
+        shadow_edges: factors.shadow_edge.map_or(1, |(_, side)| side),
+        tiles: factors.boundary.map_or(1, |boundary| boundary.columns),
+        unit: count_unit.unwrap_or(1.0) as f32,
+        padding: [0; 3],
     };
     let size = 4 * u64::from(functions) * u64::from(cells);
     let map = frame.storage(LABEL, size)?;
@@ -103,7 +135,15 @@ pub fn importance_map(
     let rows = frame.gpu.work_per_invocation(1, 32);
     let mut constants = vec![("rows_per_invocation", f64::from(rows))];
     constants.extend(seen.constants());
+    constants.extend(factors.constants());
+    let flag = |value| f64::from(u8::from(value));
+    constants.extend([
+        ("uses_boundary", flag(factors.boundary.is_some())),
+        ("uses_pixel_weights", flag(factors.pixel_weights.is_some())),
+    ]);
     let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
+    let unused = frame.storage("unused weights", 4)?;
+    let boundary = factors.boundary.map_or(&*unused, |b| &*b.weights);
     let mut bindings = vec![
         (20, buffer(&receivers)),
         (21, buffer(seen.visibility_buffer)),
@@ -111,8 +151,11 @@ pub fn importance_map(
         (0, buffer(&projected)),
         (1, buffer(&uniform)),
         (2, buffer(&map)),
+        (3, buffer(factors.pixel_weights.unwrap_or(&unused))),
+        (7, buffer(boundary)),
     ];
-    if factors.is_none() {
+    bindings.extend(factors.bindings(&unused));
+    if count_unit.is_some() {
         bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     }
     frame.pass(
@@ -130,6 +173,6 @@ pub fn importance_map(
         buffer: map,
         functions,
         cells,
-        is_count: factors.is_none(),
+        count_unit,
     })
 }

@@ -1,11 +1,14 @@
 //! The passes. Each is a function from handles to a handle; one pass is one file, one label and one
 //! timer key, and passes belong to the house, not to a method.
 
+pub mod boundary;
+pub mod forward_importance;
 pub mod importance_map;
 pub mod lookup;
 pub mod outline;
 pub mod rasterize;
 pub mod receivers;
+pub mod shadow_edge;
 pub mod shadow_map;
 pub mod shadow_rays;
 pub mod visibility;

@@ -46,6 +46,17 @@ pub struct Layout {
     greatest: [u32; 2],
 }
 
+/// How functions follow from counts of receivers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CountFit {
+    /// Standard deviation, in functions, of about a Gaussian among them.
+    pub smoothing: f64,
+    /// The power of a count that a cell is worth.
+    pub exponent: f64,
+    /// Part of the map, in [0, 1], that is shared out evenly.
+    pub even_share: f64,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     X,
@@ -66,7 +77,8 @@ struct AxisUniform {
     greatest: u32,
     along_y: u32,
     blur_sigma: f32,
-    padding: [u32; 2],
+    exponent: f32,
+    even_share: f32,
 }
 
 impl WarpMap {
@@ -123,24 +135,29 @@ impl WarpMap {
             greatest: self.layout.greatest[i],
             along_y: u32::from(axis == Axis::Y),
             blur_sigma: blur_sigma as f32,
-            padding: [0; 2],
+            exponent: 1.0,
+            even_share: 0.0,
         }
     }
 
-    /// The functions along one axis from counts of receivers (Milet et al.), smoothed among each other
-    /// by about a Gaussian of `sigma` functions.
+    /// The functions along one axis from counts of receivers (Milet et al.).
     pub fn fit_counts(
         &self,
         frame: &mut Frame,
         axis: Axis,
         resolution: u32,
         counts: &wgpu::Buffer,
-        sigma: f64,
+        fit: CountFit,
     ) -> Result<()> {
+        let sigma = fit.smoothing;
         // Two windows of 2 h + 1 have the variance ((2 h + 1)^2 - 1) / 6.
         let window = (((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as u32;
         let window = window.min(self.layout.functions[axis as usize]);
-        let uniform = self.axis(axis, resolution, window, 1.0);
+        let uniform = AxisUniform {
+            exponent: fit.exponent as f32,
+            even_share: fit.even_share as f32,
+            ..self.axis(axis, resolution, window, 1.0)
+        };
         let (functions, cells) = (uniform.functions, uniform.cells);
         let uniform = frame.uniform("warp axis", &uniform);
         let size = 8 * u64::from(functions) * u64::from(cells);
@@ -157,7 +174,11 @@ impl WarpMap {
         };
         let mut dispatches = vec![Dispatch {
             pipeline: &widen,
-            bindings: vec![(1, buffer(counts)), (3, buffer(&one))],
+            bindings: vec![
+                (0, buffer(&uniform)),
+                (1, buffer(counts)),
+                (3, buffer(&one)),
+            ],
             groups: Groups::Linear((u64::from(functions) * u64::from(cells)).div_ceil(64)),
         }];
         if window > 0 {

@@ -1,0 +1,37 @@
+// Shadow edges seen from the light (Rosen, "Rectilinear texture warping", 5.3): 1 in a texel whose depth
+// differs from that of one of its eight neighbours by more than a bias, little elsewhere.
+#import projection
+#import stored
+
+struct ShadowEdge {
+    bias: f32,                          // depth; what it is where a texel's beam is as wide as a unit
+    floor: f32,                         // Rosen's alpha
+}
+
+@group(0) @binding(0) var<uniform> projection_uniform: Projection;
+@group(0) @binding(1) var<uniform> shadow_edge_uniform: ShadowEdge;
+@group(0) @binding(2) var<storage, read_write> shadow_edges: array<f32>;
+
+fn depth_at(projection: Projection, x: i32, y: i32) -> f32 {
+    let inside = clamp(vec2<i32>(x, y), vec2<i32>(0), vec2<i32>(projection.size) - 1);
+    let stored = load_stored(u32(inside.y) * projection.size.x + u32(inside.x)).depth;
+    return select(stored / projection.depth_scale + projection.depth_offset, stored, stored > 1e38);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let projection = projection_uniform;
+    let place = vec2<i32>(invocation.xy);
+    if invocation.x >= projection.size.x {
+        return;
+    }
+    let middle = depth_at(projection, place.x, place.y);
+    var jump = 0.0;
+    for (var y = -1; y <= 1; y += 1) {
+        for (var x = -1; x <= 1; x += 1) {
+            jump = max(jump, abs(depth_at(projection, place.x + x, place.y + y) - middle));
+        }
+    }
+    let is_edge = jump > shadow_edge_uniform.bias * beam_growth(middle);
+    shadow_edges[invocation.y * projection.size.x + invocation.x] = select(shadow_edge_uniform.floor, 1.0, is_edge);
+}

@@ -1,0 +1,189 @@
+//! What a receiver, or what the light sees, is worth to a warp: the analysis before `rtw` and `notw`.
+//!
+//! Rosen's functions (RTW, section 5), combined as a product; the boundaries of shadows as H. Chong and
+//! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
+//! that is not warped; and a user's own weights.
+
+use super::parameters::Array;
+use super::view::Analysed;
+use super::{MapParameters, Parameters, Plan, Value, View};
+use crate::error::{Result, ensure_value};
+use crate::methods::view::Fitted;
+use crate::passes::boundary::BoundaryWeights;
+use crate::passes::importance_map::Factors;
+
+/// Where importance comes from (Rosen, section 4.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// From the light's depth image.
+    Forward,
+    /// From the receivers.
+    Backward,
+    /// From the receivers, with factors from the light's depth image.
+    Hybrid,
+}
+
+pub const DIRECTIONS: &[(&str, Direction)] = &[
+    ("backward", Direction::Backward),
+    ("forward", Direction::Forward),
+    ("hybrid", Direction::Hybrid),
+];
+
+/// The factors and their parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Analysis {
+    distance: bool,
+    normal: bool,
+    pub shadow_edge: bool,
+    pub boundary: bool,
+    normal_bonus: f64,
+    /// Side of the depth image, or of the map of the first pass.
+    resolution: u32,
+    edge_bias: Option<f64>,
+    edge_floor: f64,
+    boundary_weight: f64,
+    pub pixel_weights: Option<Array>,
+    map_weights: Option<Array>,
+}
+
+/// What the layers of a frame share, on the device.
+pub struct Prepared {
+    boundary: Option<BoundaryWeights>,
+    pixel_weights: Option<wgpu::Buffer>,
+    map_weights: Option<wgpu::Buffer>,
+}
+
+impl Analysis {
+    pub fn defaults(importance: &str) -> Vec<(&'static str, Value)> {
+        vec![
+            ("importance", Value::Text(importance.to_string())),
+            ("normal_bonus", Value::Float(2.0)),
+            ("analysis_resolution", Value::Int(512)),
+            ("edge_bias", Value::None),
+            ("edge_floor", Value::Float(0.001)),
+            ("boundary_weight", Value::Float(20.0)),
+            ("pixel_weights", Value::None),
+            ("map_weights", Value::None),
+        ]
+    }
+
+    /// `known` are the functions that the method can use.
+    pub fn from_parameters(parameters: &mut Parameters, known: &[&'static str]) -> Result<Self> {
+        let factors = parameters.take_product("importance", known)?;
+        Ok(Self {
+            distance: factors.contains(&"distance"),
+            normal: factors.contains(&"normal"),
+            shadow_edge: factors.contains(&"shadow_edge"),
+            boundary: factors.contains(&"boundary"),
+            normal_bonus: parameters.take_non_negative("normal_bonus")?,
+            resolution: parameters.take_resolution("analysis_resolution")?,
+            edge_bias: parameters.take_optional("edge_bias")?,
+            edge_floor: parameters.take_fraction("edge_floor")?,
+            boundary_weight: parameters.take_non_negative("boundary_weight")?,
+            pixel_weights: parameters.take_weights("pixel_weights")?,
+            map_weights: parameters.take_weights("map_weights")?,
+        })
+    }
+
+    /// What a weight of one counts, so that no cell can overflow 32 bits however the receivers fall.
+    /// Exactly one receiver where there is no weight.
+    pub fn count_unit(&self, pixels: usize) -> f64 {
+        let greatest = |weights: &Option<Array>| {
+            let values = weights.iter().flat_map(|array| array.values.iter());
+            values.fold(None, |most: Option<f32>, &w| {
+                Some(most.unwrap_or(0.0).max(w))
+            })
+        };
+        let factors = [
+            self.normal.then_some(1.0 + self.normal_bonus),
+            self.shadow_edge.then_some(1.0),
+            self.boundary.then_some(self.boundary_weight.max(1.0)),
+            greatest(&self.pixel_weights).map(f64::from),
+            greatest(&self.map_weights).map(f64::from),
+        ];
+        if factors.iter().all(Option::is_none) {
+            return 1.0;
+        }
+        let most: f64 = factors.into_iter().flatten().product();
+        let sum = most.max(f64::MIN_POSITIVE) * pixels as f64;
+        // Half of what fits: a float32 may round a count up.
+        (0.5 * f64::from(u32::MAX) / sum).min(256.0 / most.clamp(1e-30, 1.0))
+    }
+
+    /// Uploads and first passes, once for all layers.
+    pub fn prepare(
+        &self,
+        view: &mut View,
+        map: &MapParameters,
+        layers: &[Fitted],
+    ) -> Result<Prepared> {
+        let camera = view.camera;
+        if let Some(weights) = &self.pixel_weights {
+            let (rows, columns) = (camera.height as usize, camera.width as usize);
+            ensure_value!(
+                (weights.rows, weights.columns) == (rows, columns),
+                "pixel_weights must have the shape of the image, ({rows}, {columns}), got ({}, {})",
+                weights.rows,
+                weights.columns
+            );
+        }
+        let frame = view.frame();
+        let upload = |what, weights: &Option<Array>| {
+            let uploaded = weights.as_ref().map(|w| frame.constants(what, &w.values));
+            uploaded.transpose()
+        };
+        let pixel_weights = upload("pixel weights", &self.pixel_weights)?;
+        let map_weights = upload("map weights", &self.map_weights)?;
+        let mut boundary = None;
+        if self.boundary && !layers.is_empty() {
+            let small = layers
+                .iter()
+                .map(|layer| layer.with_resolution(self.resolution));
+            let plain = view.shadows(map, small.map(Plan::from).collect())?;
+            boundary = Some(view.boundary(&plain.visibility, self.boundary_weight)?);
+        }
+        Ok(Prepared {
+            boundary,
+            pixel_weights,
+            map_weights,
+        })
+    }
+
+    /// What the light sees of a layer, where a factor or the direction asks for it.
+    pub fn look(
+        &self,
+        view: &mut View,
+        layer: &Fitted,
+        direction: Direction,
+    ) -> Result<Option<Analysed>> {
+        if direction == Direction::Backward {
+            return Ok(None);
+        }
+        let mut analysed = view.depth_image(layer.with_resolution(self.resolution))?;
+        if self.shadow_edge {
+            // A light's image of a slope has steps of about a texel; what is beyond them is an edge.
+            let texel = analysed.fitted.projection.beam_width();
+            let bias = self.edge_bias.unwrap_or(2.0 * texel);
+            view.shadow_edges(&mut analysed, bias, self.edge_floor)?;
+        }
+        Ok(Some(analysed))
+    }
+
+    pub fn factors<'a>(
+        &self,
+        prepared: &'a Prepared,
+        analysed: Option<&'a Analysed>,
+    ) -> Factors<'a> {
+        let edges = analysed.and_then(|analysed| analysed.edges.as_ref());
+        let map_weights = prepared.map_weights.as_ref().zip(self.map_weights.as_ref());
+        Factors {
+            distance: self.distance,
+            normal: self.normal.then_some(self.normal_bonus),
+            shadow_edge: edges.map(|edges| (&**edges, self.resolution)),
+            boundary: prepared.boundary.as_ref(),
+            pixel_weights: prepared.pixel_weights.as_ref(),
+            map_weights: map_weights
+                .map(|(buffer, array)| (buffer, [array.columns as u32, array.rows as u32])),
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Pass "forward importance": what a light's depth image makes of each cell of its map.
+
+use super::Receivers;
+use super::importance_map::{Factors, ImportanceMap};
+use crate::error::Result;
+use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::shaders::Shader;
+use crate::projection::Projection;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+pub const LABEL: &str = "forward importance";
+
+/// As `Forward` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct ForwardUniform {
+    camera_x: [f32; 4],
+    camera_y: [f32; 4],
+    camera_z: [f32; 4],
+    eye: [f32; 4],
+    centre: [f32; 2],
+    image: [f32; 2],
+    near: f32,
+    far: f32,
+    cells: u32,
+    normal_bonus: f32,
+    map_weights: [u32; 2],
+    padding: [u32; 2],
+}
+
+/// The greatest importance in each cell of the texels of an image of depths and triangles.
+pub fn forward_importance(
+    frame: &mut Frame,
+    seen: Receivers,
+    projection: &Projection,
+    texels: &wgpu::Buffer,
+    cells: u32,
+    factors: Factors,
+) -> Result<ImportanceMap> {
+    let map = frame.storage(LABEL, 4 * u64::from(cells) * u64::from(cells))?;
+    frame.clear(&map);
+    let camera = Projection::from_camera(seen.camera);
+    let steps = projection.steps() * projection.unit().recip();
+    // Products of float64 matrices, rounded once.
+    let row = |axis: DVec3| {
+        let offset = axis.dot(projection.origin - camera.origin);
+        [
+            axis.dot(steps.x_axis),
+            axis.dot(steps.y_axis),
+            axis.dot(steps.z_axis),
+            offset,
+        ]
+        .map(|v| v as f32)
+    };
+    let eye = projection.projected_from_point(camera.origin) * projection.unit();
+    let uniform = ForwardUniform {
+        camera_x: row(camera.x_axis),
+        camera_y: row(camera.y_axis),
+        camera_z: row(camera.z_axis),
+        eye: eye.as_vec3().extend(0.0).to_array(),
+        centre: camera.centre.as_vec2().to_array(),
+        image: [camera.width as f32, camera.height as f32],
+        near: camera.near as f32,
+        far: camera.far.min(f64::from(f32::MAX)) as f32,
+        cells,
+        normal_bonus: factors.normal.unwrap_or(0.0) as f32,
+        map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
+        padding: [0; 2],
+    };
+    let uniform = frame.uniform(LABEL, &uniform);
+    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
+    let shader = Shader {
+        projection: projection.kind.shader(),
+        stored: "stored/depth_triangle",
+        ..Shader::new("forward_importance")
+    };
+    let pipeline = frame
+        .gpu
+        .clone()
+        .pipeline(shader, "main", &factors.constants());
+    let unused = frame.storage("unused weights", 4)?;
+    let mut bindings = vec![
+        (0, buffer(&projected)),
+        (1, buffer(&uniform)),
+        (2, buffer(&map)),
+        (5, buffer(texels)),
+        (10, table(&seen.scene.unit_normals)),
+    ];
+    bindings.extend(factors.bindings(&unused));
+    frame.pass(
+        LABEL,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings,
+            groups: Groups::Grid(projection.width.div_ceil(64), projection.height),
+        }],
+    );
+    Ok(ImportanceMap {
+        buffer: map,
+        functions: cells,
+        cells,
+        count_unit: None,
+    })
+}
