@@ -92,13 +92,11 @@ def docstring(method: type) -> list[str]:
     """The class's own words, and what the class that it builds on says of the other parameters."""
     words = sections(method)
     parts = [words.pop(""), "## Parameters"]
-    own = parameters(words.pop("Parameters", ""), method)
-    base = next((c for c in method.__mro__[1:] if "Parameters" in sections(c)), None)
-    shared = parameters(sections(base)["Parameters"], method) if base else {}
-    parts += own.values()
-    parts += [text for name, text in shared.items() if name not in own]
-    if len(parts) == 2:
-        parts.append("It has none.")
+    described = parameters(words.pop("Parameters", ""), method)
+    for base in method.__mro__[1:]:
+        for name, text in parameters(sections(base).get("Parameters", ""), method).items():
+            described.setdefault(name, text)
+    parts += described.values() or ["It has none."]
     for title, text in words.items():
         if title == "Examples":
             text = f"```pycon\n{text.strip()}\n```"
@@ -179,7 +177,11 @@ def figure(method: type) -> bytes:
     scene = lx.scenes.colonnade()
     camera, light = scene.cameras["default"].resized(480, 270), scene.lights["default"]
     chosen = method(resolution=256) if hasattr(method(), "resolution") else method()
-    frame = lx.render(scene, camera, light, chosen)
+    try:
+        frame = lx.render(scene, camera, light, chosen)
+    except ValueError:  # not made for the sun
+        light = lx.PointLight((0.4, 3.4, -6.3))
+        frame = lx.render(scene, camera, light, chosen)
     shown, axes = plt.subplots(1, 2, figsize=(12, 3.6), layout="constrained")
     plots.difference(lx.compare(frame, lx.reference(scene, camera, light)), axes[0])
     plots.aliasing_error(frame, axes[1])
