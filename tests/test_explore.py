@@ -1,5 +1,6 @@
 """The interactive view: what its controls do, without a browser."""
 
+import dataclasses
 import io
 import sys
 
@@ -9,6 +10,8 @@ from PIL import Image
 
 import lixel as lx
 from lixel.explore import explore
+
+explore_module = sys.modules["lixel.explore"]
 
 LIGHTS = [
     lx.DirectionalLight((1, -2, 0.5)),
@@ -38,9 +41,10 @@ def pixels(image):
 
 
 def test_every_control_changes_the_picture(view):
-    found, (shadows, shadow_map, words) = controls(explore(view.scene, width=96, height=54))
+    found, (shadows, shadow_map, grid, words) = controls(explore(view.scene, width=96, height=54))
     assert pixels(shadows).shape == (54, 96, 3)
     assert pixels(shadow_map).shape == (54, 54, 3)
+    assert pixels(grid).shape == (54, 54, 3)
     for name, value in [
         ("turn", 40.0), ("closer", 0.4), ("sun turns", 90.0), ("sun rises", 20.0),
         ("method", "uniform"), ("map, texels", 32),
@@ -54,7 +58,7 @@ def test_every_control_changes_the_picture(view):
 
 def test_it_starts_with_the_view_it_was_given(view):
     scene, camera, light = view
-    found, (shadows, _, _) = controls(explore(scene, camera, light, width=96, height=64))
+    found, (shadows, _, _, _) = controls(explore(scene, camera, light, width=96, height=64))
     found["method"].value = "uniform"
     frame = lx.render(scene, camera, light, lx.Uniform(resolution=256))
     judged = lx.compare(frame, lx.reference(scene, camera, light))
@@ -65,7 +69,7 @@ def test_it_starts_with_the_view_it_was_given(view):
 
 @pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
 def test_every_kind_of_light_moves(light, view):
-    found, (shadows, _, words) = controls(explore(view.scene, light=light, width=64, height=36))
+    found, (shadows, _, _, words) = controls(explore(view.scene, light=light, width=64, height=36))
     name = next(name for name in found if name.startswith(("sun turns", "light x")))
     before = shadows.value, words.value
     found[name].value += 1.0 if name == "light x" else 60.0
@@ -74,7 +78,7 @@ def test_every_kind_of_light_moves(light, view):
 
 @pytest.mark.parametrize("method", lx.METHODS)
 def test_every_method_is_shown_or_says_why_not(method, view):
-    found, (shadows, shadow_map, words) = controls(explore(view.scene, width=64, height=36))
+    found, (shadows, shadow_map, _, words) = controls(explore(view.scene, width=64, height=36))
     found["method"].value = method
     assert words.value
     assert pixels(shadows).shape == (36, 64, 3)
@@ -85,3 +89,20 @@ def test_without_ipywidgets_the_error_says_the_remedy(view, monkeypatch):
     monkeypatch.setitem(sys.modules, "ipywidgets", None)
     with pytest.raises(ImportError, match=r"package ipywidgets: pip install 'lixel\[notebook\]'"):
         explore(view.scene)
+
+
+def test_the_grid_is_where_the_warp_moves_it(view):
+    frame = lx.render(*view, lx.RectilinearWarp(resolution=64))
+    across, down = frame.warp_map[0, :, 0]
+    dark = explore_module._grid_picture(frame, 256)[..., 0] < 100
+    # A line of the grid is where its function says: many dark pixels in a column, or in a row.
+    for k in range(1, 16):
+        cell = k * (len(across) - 1) // 16
+        assert dark[:, min(int(across[cell] * 256), 255)].mean() > 0.9
+        assert dark[min(int(down[cell] * 256), 255)].mean() > 0.9
+    flat = dataclasses.replace(
+        frame, warp_map=np.tile(np.linspace(0, 1, 9, dtype="f4"), (1, 2, 1, 1))
+    )
+    dark = explore_module._grid_picture(flat, 64)[..., 0] < 100
+    assert np.flatnonzero(dark.all(axis=0)).tolist() == list(range(4, 64, 4))
+    assert np.flatnonzero(dark.all(axis=1)).tolist() == list(range(4, 64, 4))

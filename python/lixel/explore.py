@@ -37,7 +37,7 @@ def explore(
     width: int = 480,
     height: int = 270,
 ) -> ipywidgets.VBox:
-    """Sliders for camera, light and method; shadows with wrong pixels in red, and the shadow map.
+    """Sliders for camera, light and method; wrong pixels in red, shadow map and warp at once.
 
     The camera turns around the middle of the scene and comes closer; a directional light turns and
     rises, any other moves. Every change renders a frame and judges it against the reference.
@@ -79,7 +79,7 @@ def explore(
     light_sliders, light_at = _light_controls(scene, start_light, slider)
     method = widgets.Dropdown(options=list(METHODS), value="rtw", description="method")
     resolution = widgets.Dropdown(options=RESOLUTIONS, value=256, description="map, texels")
-    shadows, shadow_map = widgets.Image(format="png"), widgets.Image(format="png")
+    shadows, shadow_map, grid = (widgets.Image(format="png") for _ in range(3))
     words = widgets.HTML()
 
     def draw(_: object = None) -> None:
@@ -97,6 +97,7 @@ def explore(
         found = compare(frame, reference(scene, seen_from, lit_by))
         shadows.value = display.png_bytes(found.picture())
         shadow_map.value = display.png_bytes(_map_picture(frame, size[1]))
+        grid.value = display.png_bytes(_grid_picture(frame, size[1]))
         words.value = (
             f"{html.escape(str(found))}<br>{sum(frame.timings.values()):.1f} ms on "
             f"{html.escape(str(frame.adapter.get('name', '?')))}: "
@@ -112,7 +113,7 @@ def explore(
                 [widgets.VBox([turn, closer]), widgets.VBox(light_sliders),
                  widgets.VBox([method, resolution])]
             ),
-            widgets.HBox([shadows, shadow_map]),
+            widgets.HBox([shadows, shadow_map, grid]),
             words,
         ]
     )  # fmt: skip
@@ -177,3 +178,36 @@ def _map_picture(frame: Frame, height: int) -> npt.NDArray[np.uint8]:
         parts.append(np.where(hit, grey, 255.0))
     picture = np.concatenate(parts, axis=1).clip(0, 255).astype(np.uint8)
     return np.repeat(picture[..., None], 3, axis=2)
+
+
+def _grid_picture(frame: Frame, height: int) -> npt.NDArray[np.uint8]:
+    """(height, W, 3): for each layer, where the warp moves the lines of a grid of 16 x 16."""
+    parts = []
+    along = (np.arange(4 * height) + 0.5) / (4 * height)
+    for across, down in frame.warp_map:
+        picture = np.full((height, height), 255, np.uint8)
+        for line in np.arange(1, 16) / 16:
+            for x, y in ((np.full_like(along, line), along), (along, np.full_like(along, line))):
+                # A row's function moves x, and the column that x falls in then moves y.
+                x = _moved(across, y, x)
+                y = _moved(down, x, y)
+                rows, columns = ((v * height).astype(int).clip(0, height - 1) for v in (y, x))
+                picture[rows, columns] = 60
+        parts.append(picture)
+    if not parts:
+        return np.full((height, 1, 3), 255, np.uint8)
+    return np.repeat(np.concatenate(parts, axis=1)[..., None], 3, axis=2)
+
+
+def _moved(
+    functions: npt.NDArray[np.float32],
+    band: npt.NDArray[np.float64],
+    value: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    """The functions of the bands at the values, linear between the boundaries of cells."""
+    chosen = functions[(band * len(functions)).astype(int).clip(0, len(functions) - 1)]
+    cells = functions.shape[1] - 1
+    cell = (value * cells).astype(int).clip(0, cells - 1)
+    rows = np.arange(len(value))
+    low, high = chosen[rows, cell], chosen[rows, cell + 1]
+    return np.asarray(low + (high - low) * (value * cells - cell))
