@@ -16,6 +16,7 @@ pub mod error;
 pub mod geometry;
 pub mod gpu;
 pub mod light;
+pub mod light_matrix;
 pub mod methods;
 pub mod passes;
 pub mod projection;
