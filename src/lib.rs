@@ -13,6 +13,7 @@ pub mod aliasing;
 pub mod bvh;
 pub mod camera;
 pub mod error;
+pub mod frustum;
 pub mod geometry;
 pub mod gpu;
 pub mod light;
