@@ -17,6 +17,7 @@ pub mod frustum;
 pub mod geometry;
 pub mod gpu;
 pub mod light;
+pub mod light_fits;
 pub mod light_matrix;
 pub mod methods;
 pub mod passes;
