@@ -40,6 +40,9 @@ override uses_map_weights: bool = false;
 
 const TILE: u32 = 4u;                   // as in boundary.wgsl
 
+// A light matrix may leave receivers off the map, which need no texels; rounding leaves none.
+const OFF_THE_MAP: f32 = 0.501;
+
 fn cell_at(place: f32, cells: u32) -> u32 {
     return min(u32(clamp(place, 0.0, 1.0) * f32(cells)), cells - 1u);
 }
@@ -86,6 +89,9 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
             if receiver.faces_light {
                 let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
+                if any(abs(uv - 0.5) > vec2<f32>(OFF_THE_MAP)) {
+                    continue;
+                }
                 var place = uv.yx;
                 if importance.along_y != 0u {
                     place = vec2<f32>(warped_from_linear(warp, uv).uv.x, uv.y);
@@ -113,6 +119,9 @@ fn maximum(@builtin(global_invocation_id) invocation: vec3<u32>) {
             if receiver.faces_light {
                 let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
+                if any(abs(uv - 0.5) > vec2<f32>(OFF_THE_MAP)) {
+                    continue;
+                }
                 let pixel = vec2<u32>(invocation.x, row);
                 let value = importance_of(importance, receiver, pixel, receivers.width, uv);
                 let cell = cell_at(uv.y, importance.cells) * importance.cells

@@ -61,6 +61,10 @@ fn is_in_shadow(
     let centred = centred_texel_from_projected(projection, receiver.q);
     let depth = depth_from_projected(receiver.q);
     let size = vec2<f32>(projection.size);
+    // Off the map there is no caster. Rounding may move a receiver at the border.
+    if any(abs(centred + projection.centre - 0.5 * size) > 0.5 * size + 0.5) {
+        return false;
+    }
     let warped = warped_from_linear(warp, (centred + projection.centre) / size);
     let middle = vec2<i32>(clamp(floor(warped.uv * size), vec2<f32>(0.0), size - 1.0));
     let normal = projected_from_normal(projection, receiver.normal);
@@ -68,7 +72,7 @@ fn is_in_shadow(
     // Rounding moves a depth, and moves it again by the slope where it moves the texel.
     let world_slope = 1.0 / abs(dot(receiver.normal, normalize(receiver.from_light)));
     let rounding = receivers.rounding * world_slope;
-    let bias = receivers.constant_bias + receivers.beam_bias * beam_growth(depth)
+    let bias = receivers.constant_bias + receivers.beam_bias * beam_growth(projection, receiver.q)
         + receivers.slope_bias * (abs(slope.x) + abs(slope.y)) + rounding;
 
     // Of the texels around: how many there are, how many hold something before the receiver's plane,

@@ -67,8 +67,7 @@ pub fn max_effective_resolution(
 ) -> DVec2 {
     let resolutions = layers.iter().map(|layer| {
         let map = &layer.fitted.projection;
-        let steps = map.steps();
-        let lengths = DVec2::new(steps.x_axis.length(), steps.y_axis.length());
+        let lengths = map.smallest_texel();
         let resolution = match map.kind {
             Kind::Parallel => {
                 let direction = -light.vector_from_point(camera.eye);
@@ -79,7 +78,7 @@ pub fn max_effective_resolution(
             // A face is two units of its plane wide.
             Kind::Perspective => 2.0 / lengths,
             // A unit of a paraboloid's plane is two of a face where they touch.
-            Kind::Paraboloid => map.scale,
+            Kind::Paraboloid => 1.0 / lengths,
         };
         resolution * layer.warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)
     });

@@ -15,32 +15,47 @@ pub struct Subject {
     pub hull: Hull,
 }
 
+/// Cosine of the widest angle between a ray and the middle of the rays that one map holds: that
+/// of a face of a cube, nearly.
+const WIDEST_COSINE: f64 = 0.55;
+
 impl Subject {
-    /// `None` where there is no point, or a light with a position is among them: no plane has them
-    /// all in front of it.
+    /// `None` where there is no point, or a light with a position is so much among them that one
+    /// plane before it does not do.
     pub fn new(light: &Light, points: Vec<DVec3>) -> Option<Self> {
         if points.is_empty() {
             return None;
         }
+        let Some(position) = light.position() else {
+            return Self::parallel(light, points);
+        };
+        let towards = |point: &DVec3| (*point - position).normalize_or_zero();
+        let forward = points.iter().map(towards).sum::<DVec3>().try_normalize()?;
+        let is_ahead = |point| towards(point).dot(forward) > WIDEST_COSINE;
+        points.iter().all(is_ahead).then_some(())?;
+        Self::central(position, forward, points)
+    }
+
+    fn parallel(light: &Light, points: Vec<DVec3>) -> Option<Self> {
         let count = points.len() as f64;
         let middle = points.iter().sum::<DVec3>() / count;
-        let rays = match light.position() {
-            None => {
-                let direction = -light.vector_from_point(middle);
-                let spread = |point: &DVec3| (*point - middle).reject_from(direction).length();
-                let mean = points.iter().map(spread).sum::<f64>() / count;
-                let smallest = points.iter().map(|p| p.abs().max_element());
-                let smallest = smallest.fold(1e-300, f64::max) * 1e-12;
-                let radius = mean.max(smallest);
-                RayBundle::parallel(middle, direction, level_axis(direction), radius)
-            }
-            Some(position) => {
-                let towards = |point: &DVec3| (*point - position).normalize_or_zero();
-                let mean: DVec3 = points.iter().map(towards).sum();
-                let forward = mean.try_normalize()?;
-                RayBundle::central(position, level_axis(forward), forward)
-            }
-        };
+        let direction = -light.vector_from_point(middle);
+        let spread = |point: &DVec3| (*point - middle).reject_from(direction).length();
+        let mean = points.iter().map(spread).sum::<f64>() / count;
+        // Points at one place have no radius; rounding has.
+        let farthest = points.iter().map(|p| p.abs().max_element());
+        let radius = mean.max(1e-12 * farthest.fold(1e-280, f64::max));
+        let rays = RayBundle::parallel(middle, direction, level_axis(direction), radius);
+        Self::with_rays(rays, points)
+    }
+
+    /// Around a light with a position, the optical axis given.
+    pub fn central(position: DVec3, forward: DVec3, points: Vec<DVec3>) -> Option<Self> {
+        let rays = RayBundle::central(position, level_axis(forward), forward);
+        Self::with_rays(rays, points)
+    }
+
+    fn with_rays(rays: RayBundle, points: Vec<DVec3>) -> Option<Self> {
         let hull = Hull::new(DVec3::Z, points.iter().map(|&p| rays.ray_from_point(p)))?;
         Some(Self { rays, points, hull })
     }
@@ -222,12 +237,22 @@ pub fn dominant_plane(points: &[DVec3], normals: &[DVec3]) -> Option<DVec4> {
 /// Planes that stand for election.
 const CANDIDATES: usize = 128;
 
+/// What a plane optimal map ends at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlaneFrame {
+    /// The image: what the plane of the texels shows outside of it is not held.
+    Image,
+    /// The points that have a place.
+    Points,
+}
+
 /// Plane optimal: on a plane each texel is a pixel. A point's place is where its shadow on the plane
 /// is in the image (Chong and Gortler 2004). `None` where the light shines along the plane.
 pub fn plane_optimal(
     subject: &Subject,
     camera: &Camera,
     plane: DVec4,
+    frame: PlaneFrame,
     size: MapSize,
 ) -> Option<LightMatrix> {
     let rays = &subject.rays;
@@ -245,6 +270,16 @@ pub fn plane_optimal(
         shadow(image(camera.forward)),
     ]);
     let [x, y, w] = covectors.map(|row| row / covectors[2].length());
+    if frame == PlaneFrame::Image {
+        let image = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+        let middle = 0.5 * image - camera.centre;
+        let scale = size.texels / image;
+        return Some(LightMatrix {
+            x: (x - w * middle.x) * scale.x,
+            y: (y - w * middle.y) * scale.y,
+            w,
+        });
+    }
     // What lies behind the camera's plane once it is moved along the rays has no place.
     let in_front = subject
         .points
@@ -265,6 +300,7 @@ mod tests {
     use crate::frustum::visible_part;
     use crate::light_matrix::Sample;
     use glam::DMat4;
+    use std::f64::consts::FRAC_PI_6;
 
     const SIZE: MapSize = MapSize {
         texels: 400.0,
@@ -292,7 +328,7 @@ mod tests {
         let mut lights = Vec::new();
         for height in [-0.1, -0.5, -1.0, -4.0] {
             for turn in 0..12 {
-                let (sin, cos) = (0.1 + f64::from(turn) * 0.5236).sin_cos();
+                let (sin, cos) = (0.1 + f64::from(turn) * FRAC_PI_6).sin_cos();
                 lights.push(Light::directional(DVec3::new(sin, height, cos)).unwrap());
             }
         }
@@ -362,7 +398,7 @@ mod tests {
             let subject = Subject::new(&light, floor(&camera)).unwrap();
             let normals = vec![DVec3::Y; subject.points.len()];
             let plane = dominant_plane(&subject.points, &normals).unwrap();
-            let matrix = plane_optimal(&subject, &camera, plane, SIZE).unwrap();
+            let matrix = plane_optimal(&subject, &camera, plane, PlaneFrame::Points, SIZE).unwrap();
             let badness: Vec<_> = samples(&subject, &camera)
                 .iter()
                 .map(|sample| matrix.badness(sample))
@@ -401,6 +437,9 @@ mod tests {
         assert_eq!(light_space_perspective(&subject, &camera, SIZE), None);
         let grazing = Light::directional(DVec3::X).unwrap();
         let subject = Subject::new(&grazing, floor(&camera)).unwrap();
-        assert_eq!(plane_optimal(&subject, &camera, DVec4::Y, SIZE), None);
+        assert_eq!(
+            plane_optimal(&subject, &camera, DVec4::Y, PlaneFrame::Image, SIZE),
+            None
+        );
     }
 }

@@ -481,7 +481,7 @@ impl CostFunction for Landscape<'_> {
 }
 
 /// Steps of the downhill simplex, of one or two axes tried each.
-const STEPS: u64 = 40;
+const STEPS: u64 = 25;
 
 /// First side of the downhill simplex, about radians.
 const REACH: f64 = 0.1;
@@ -514,6 +514,7 @@ pub fn descend(start: LightMatrix, hull: &Hull, samples: &[Sample], size: MapSiz
 mod tests {
     use super::*;
     use glam::DMat4;
+    use std::f64::consts::FRAC_PI_4;
 
     const SIZE: MapSize = MapSize {
         texels: 400.0,
@@ -550,7 +551,7 @@ mod tests {
         let mut bundles = Vec::new();
         for (i, height) in [-0.03, -0.2, -0.6, -1.0, -3.0].into_iter().enumerate() {
             for turn in 0..8 {
-                let (sin, cos) = (f64::from(turn) * 0.785 + 0.01 * i as f64).sin_cos();
+                let (sin, cos) = (f64::from(turn) * FRAC_PI_4 + 0.01 * i as f64).sin_cos();
                 let direction = DVec3::new(sin, height, cos).normalize();
                 let x_axis = direction.any_orthonormal_vector();
                 bundles.push(RayBundle::parallel(

@@ -247,6 +247,7 @@ fn value_to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
             let shape = (array.rows, array.columns);
             image(py, shape, array.values.to_vec()).into_any().unbind()
         }
+        Value::Matrix(value) => value.to_vec().into_pyobject(py)?.unbind(),
     })
 }
 
@@ -269,6 +270,9 @@ fn value_from_python(name: &str, value: &Bound<PyAny>) -> PyResult<Value> {
             columns: array.ncols(),
             values: array.iter().copied().collect(),
         }))
+    } else if let Ok(matrix) = value.extract::<[[f64; 4]; 4]>() {
+        let rows = matrix.as_flattened().try_into();
+        Ok(Value::Matrix(Box::new(rows.expect("16 numbers"))))
     } else {
         Err(PyTypeError::new_err(format!(
             "{name} must be a number, a string, an array or None, got {}",
@@ -556,6 +560,9 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
     if let Some(counts) = stats.receivers {
         result.set_item("covered_pixels", counts.seen)?;
         result.set_item("facing_pixels", counts.facing)?;
+    }
+    for (name, value) in &stats.measures {
+        result.set_item(name, value)?;
     }
     result.set_item("skipped", &stats.skipped)?;
     Ok(result)

@@ -62,6 +62,8 @@ pub struct Stats {
     pub layers: usize,
     /// Layers that no receiver fell in.
     pub skipped_layers: usize,
+    /// What the method measured, by name.
+    pub measures: Vec<(&'static str, f64)>,
 }
 
 /// What stays on the device between frames of one scene.
@@ -283,6 +285,7 @@ fn try_render(
             skipped: finished.skipped,
             layers: layers.len(),
             skipped_layers: finished.skipped_layers,
+            measures: finished.measures,
         },
         layers,
         timings: finished.frame.timings(),

@@ -36,6 +36,7 @@ def test_names_and_objects():
     method = lx.DesiredView(resolution=64)
     assert lx.method_from(method) is method
     assert lx.method_from("min_sm+notw") == lx.NonOrthogonalWarp(fit="min_sm")
+    assert lx.method_from("scene_optimized+rtw") == lx.RectilinearWarp(fit="scene_optimized")
     assert lx.method_from("principal_axes + rtw") == lx.RectilinearWarp(fit="principal_axes")
     assert dataclasses.replace(method, bias="slope").resolution == 64
 

@@ -20,8 +20,13 @@ from .arguments import count, real, reals
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
-Fit: TypeAlias = Literal["desired_view", "min_sm", "principal_axes"]
 Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
+Fit: TypeAlias = Literal["desired_view", "min_sm", "principal_axes", "lispsm", "scene_optimized"]
+MatrixFit: TypeAlias = Literal["receivers", "frustum"]
+Samples: TypeAlias = Literal["shadow", "boundary", "facing"]
+Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic", "uniform"]
+Optimizer: TypeAlias = Literal["paper", "simplex"]
+Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 
 
 def _check_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
@@ -246,9 +251,10 @@ class WarpMethod(ShadowMapMethod):
         0 at its top; finite, not negative.
     importance_resolution : int
         Cells along each side of the importance map.
-    fit : {"desired_view", "min_sm", "principal_axes"}
+    fit : {"desired_view", "min_sm", "principal_axes", "lispsm", "scene_optimized"}
         How the map is turned before it is warped: not at all, as `MinimalShadowMap`, or along the
-        principal axes of the receivers across the light.
+        principal axes of the receivers across the light; or the whole map of
+        `LightSpacePerspective` or `SceneOptimized`.
 
     The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays.
     """
@@ -440,6 +446,318 @@ class NonOrthogonalWarp(WarpMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LightMatrixMethod(ShadowMapMethod):
+    """What the methods share that fit one matrix to the light.
+
+    Rows 1, 2 and 4 of a light's matrix take a point to its place in the map, and must take each of
+    the light's rays to one place: what is free is a homography between rays and texels.
+    Rasterization and lookup are exact for all of them.
+
+    A light with a position that has not all of what it reaches in front of it gets one matrix for
+    each face of a cube around it that holds any receiver.
+
+    Parameters
+    ----------
+    fit : {"receivers", "frustum"}
+        What the map must hold: the receivers that face the light, found from samples of the image,
+        or the part of the scene's box that is in the camera's frustum. What is off the map is lit.
+    sample_resolution : int
+        Pixels looked at along the longer side of the image, for ``fit="receivers"``.
+    margin : float
+        By how much of its size the map is widened, because between the samples something may stick
+        out; from 0 to 1.
+
+    The others are those of `ShadowMapMethod`.
+    """
+
+    fit: MatrixFit = "receivers"
+    sample_resolution: int = 180
+    margin: float = 0.02
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("fit", self.fit, get_args(MatrixFit))
+        _check_samples(self)
+
+
+def _check_samples(method: LightMatrixMethod | SceneOptimized) -> None:
+    samples = count("sample_resolution", method.sample_resolution, "samples")
+    object.__setattr__(method, "sample_resolution", samples)
+    object.__setattr__(method, "margin", real("margin", method.margin))
+    if not 0.0 <= method.margin <= 1.0:
+        raise ValueError(f"margin must be from 0 to 1, got {method.margin}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Focused(LightMatrixMethod):
+    """One map over the smallest rectangle, in any orientation, around what is seen.
+
+    The points that the map must hold are projected along the light; a side of the smallest
+    rectangle around their convex hull lies on an edge of the hull, and sides may lean:
+
+    .. math:: u = A (x, y)^T + b
+
+    with ``x, y`` across the light, A and b from the rectangle.
+
+    Limits: texels are spread evenly; near receivers get no more than far ones.
+
+    Parameters are those of `LightMatrixMethod`.
+
+    References
+    ----------
+    S. Brabec, T. Annen, H.-P. Seidel, "Practical shadow mapping", Journal of Graphics Tools 7(4),
+    2002; "focused" in H. Y. Chong, S. J. Gortler, "Scene optimized shadow mapping", Harvard
+    TR-07-07, 2007, section 3.
+
+    Examples
+    --------
+    >>> Focused(fit="frustum").fit
+    'frustum'
+    """
+
+    name: ClassVar[str] = "focused"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LightSpacePerspective(LightMatrixMethod):
+    """A perspective across the light, so that texels narrow along the view as the pixels do.
+
+    With y along the view in the light's plane, from where what is seen begins,
+
+    .. math:: u = (x - x_{eye}) / (y + n), \\quad v = y / (y + n), \\quad
+              n = (z_n + \\sqrt{z_n z_f}) / \\sin \\gamma
+
+    where :math:`\\gamma` is the angle between view and light, and :math:`z_n, z_f` are the depths
+    of what is seen.
+
+    Limits: the more the light shines along the view the less there is to gain; along it the map is
+    the one of `Focused`.
+
+    Parameters are those of `LightMatrixMethod`.
+
+    References
+    ----------
+    M. Wimmer, D. Scherzer, W. Purgathofer, "Light space perspective shadow maps", Eurographics
+    Symposium on Rendering 2004.
+
+    Examples
+    --------
+    >>> LightSpacePerspective().name
+    'lispsm'
+    """
+
+    name: ClassVar[str] = "lispsm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PerspectiveShadowMap(LightMatrixMethod):
+    """The light looks at the scene after the camera's perspective, where near things are large.
+
+    With C the camera's projective map and L the light, a point or a direction,
+
+    .. math:: (u, v) = R_{1,2} (C p - C L) / R_3 (C p - C L)
+
+    where R turns the third axis from the light towards the middle of what is seen. A virtual camera
+    steps back from what is seen until the light has all of it in front.
+
+    Limits: a light along the view sees the transformed scene at a grazing angle, and after the step
+    back little of the perspective may be left.
+
+    Parameters are those of `LightMatrixMethod`.
+
+    References
+    ----------
+    M. Stamminger, G. Drettakis, "Perspective shadow maps", SIGGRAPH 2002.
+
+    Examples
+    --------
+    >>> PerspectiveShadowMap().name
+    'psm'
+    """
+
+    name: ClassVar[str] = "psm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneOptimal(LightMatrixMethod):
+    """On the plane that most receivers lie in each texel is a pixel.
+
+    A point p has the place in the map that its shadow on the plane :math:`\\pi` has in the image:
+
+    .. math:: (u, v) = C (p \\, (\\pi L) - L \\, (\\pi p))
+
+    with C the camera's projective map and L the light, homogeneous.
+
+    Limits: off the plane texels may be of any size; what the light moves behind the camera on its
+    way to the plane has no place, and counts as lit.
+
+    Parameters
+    ----------
+    fit : {"receivers", "frustum"}
+        Whether the map ends at the receivers, or at the image: then a receiver whose shadow on the
+        plane is out of the image counts as lit.
+
+    The others are those of `LightMatrixMethod`.
+
+    References
+    ----------
+    H. Y. Chong, S. J. Gortler, "A lixel for every pixel", Eurographics Symposium on Rendering 2004.
+
+    Examples
+    --------
+    >>> PlaneOptimal().name
+    'plane_optimal'
+    """
+
+    name: ClassVar[str] = "plane_optimal"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneOptimized(ShadowMapMethod):
+    """The light matrix that serves the image's shadow boundaries best.
+
+    Samples x of the image are read back, with the surfaces that they see; the matrix, which takes
+    them to places u in the map, minimizes
+
+    .. math:: h(P) = \\sum_{samples} \\sum_{i, j \\in \\{1, 2\\}}
+              \\left(\\frac{dx^i}{du^j}\\right)^2
+
+    (Eq. 6): how many pixels share a texel. The optical axis, row 4 of the matrix, is searched for;
+    for each one tried, rows 1 and 2 follow from the smallest rectangle around the samples' hull.
+    It is never worse than `Focused` by this measure.
+
+    Limits: a map is drawn to find the boundaries before the one that counts, and the CPU waits for
+    the GPU in between; a shadow that no sample meets may be off the map, and then is lit.
+
+    Parameters
+    ----------
+    samples : {"shadow", "boundary", "facing"}
+        What the map must hold and is optimized for: samples next to a shadow boundary as in the
+        paper, those and all in shadow, or all that face the light.
+    optimizer : {"paper", "simplex"}
+        The paper's search: three times along the negative gradient, nine angles each; or what a
+        downhill simplex makes of its result, which has a lower h, takes twice as long, and leaves
+        as many wrong pixels.
+    sample_resolution : int
+        Pixels looked at along the longer side of the image.
+    margin : float
+        By how much of its size the map is widened, because between the samples something may stick
+        out; from 0 to 1.
+    previous : Frame or (4, 4) array_like, optional
+        The frame before, or its light matrix: kept, scaled and shifted to hold all samples, unless
+        the median quality of the new one is below 80 % of its own. So a map does not swim. For one
+        map alone, not for those of a cube's faces.
+
+    The others are those of `ShadowMapMethod`. ``frame.stats["h"]`` is the measure reached, in
+    squared pixels per squared texel.
+
+    References
+    ----------
+    H. Y. Chong, S. J. Gortler, "Scene optimized shadow mapping", Harvard TR-07-07, 2007.
+
+    Examples
+    --------
+    >>> SceneOptimized(optimizer="simplex", samples="boundary").samples
+    'boundary'
+    """
+
+    name: ClassVar[str] = "scene_optimized"
+
+    samples: Samples = "shadow"
+    optimizer: Optimizer = "paper"
+    sample_resolution: int = 180
+    margin: float = 0.02
+    previous: Matrix | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("samples", self.samples, get_args(Samples))
+        _check_choice("optimizer", self.optimizer, get_args(Optimizer))
+        _check_samples(self)
+        if self.previous is not None:
+            object.__setattr__(self, "previous", _previous_matrix(self.previous))
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+
+
+def _previous_matrix(previous: Any) -> Matrix | None:
+    """The light matrix of a frame with one map, or the matrix itself."""
+    matrix = np.asarray(getattr(previous, "light_matrix", previous))
+    if matrix.ndim == 3:
+        if len(matrix) != 1:
+            return None
+        matrix = matrix[0]
+    if matrix.dtype.kind not in "fiu":
+        raise TypeError(f"previous must be a frame or a matrix, got {type(previous).__name__}")
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise ValueError(f"previous must be finite, of shape (4, 4), got {matrix.shape}")
+    return tuple(tuple(row) for row in matrix.astype(float).tolist())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cascades(ShadowMapMethod):
+    """The view is cut into slabs of depth, each with a map over the box of its receivers.
+
+    With z from the near to the far end of what is split, slab i of m ends at
+
+    .. math:: z_i = \\lambda \\, z_n (z_f / z_n)^{i / m}
+              + (1 - \\lambda) (z_n + (z_f - z_n) \\, i / m)
+
+    Limits: each layer is drawn on its own, and has `resolution` texels along each side: four layers
+    of half the resolution have the texels of one map. The faces of a cube around a point light are
+    not split.
+
+    Parameters
+    ----------
+    layers : int
+        Slabs, from 1 to 8; one that holds no receiver is left out.
+    splits : {"receivers", "quantiles", "practical", "logarithmic", "uniform"}
+        Where the slabs end. Between the camera's near plane and the end of the scene: lambda 0
+        (``"uniform"``), 1 (``"logarithmic"``) or `weight` (``"practical"``). Between the nearest
+        and the farthest receiver that faces the light, lambda 1 (``"receivers"``). With as many
+        receivers in each (``"quantiles"``).
+    weight : float
+        Lambda of ``"practical"``, from 0 to 1.
+    sample_resolution : int
+        Pixels looked at along the longer side of the image, where the receivers are asked.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    F. Zhang, H. Sun, L. Xu, L. K. Lun, "Parallel-split shadow maps for large-scale virtual
+    environments", VRCIA 2006; A. Lauritzen, M. Salvi, A. Lefohn, "Sample distribution shadow maps",
+    I3D 2011.
+
+    Examples
+    --------
+    >>> Cascades(layers=3, splits="practical").weight
+    0.5
+    """
+
+    name: ClassVar[str] = "cascades"
+
+    layers: int = 4
+    splits: Splits = "receivers"
+    weight: float = 0.5
+    sample_resolution: int = 180
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "layers", count("layers", self.layers, "layers"))
+        if self.layers > 8:
+            raise ValueError(f"layers must be at most 8, got {self.layers}")
+        _check_choice("splits", self.splits, get_args(Splits))
+        object.__setattr__(self, "weight", real("weight", self.weight))
+        if not 0.0 <= self.weight <= 1.0:
+            raise ValueError(f"weight must be from 0 to 1, got {self.weight}")
+        samples = count("sample_resolution", self.sample_resolution, "samples")
+        object.__setattr__(self, "sample_resolution", samples)
+
+
+@dataclass(frozen=True, kw_only=True)
 class RayTraced(ShadowMethod):
     """A ray from every receiver towards the light, through a bounding volume hierarchy.
 
@@ -472,7 +790,17 @@ class RayTraced(ShadowMethod):
 
 
 MapMethod: TypeAlias = (
-    Uniform | DesiredView | MinimalShadowMap | RectilinearWarp | NonOrthogonalWarp
+    Uniform
+    | DesiredView
+    | MinimalShadowMap
+    | Focused
+    | LightSpacePerspective
+    | PerspectiveShadowMap
+    | PlaneOptimal
+    | SceneOptimized
+    | Cascades
+    | RectilinearWarp
+    | NonOrthogonalWarp
 )
 Method: TypeAlias = MapMethod | RayTraced
 

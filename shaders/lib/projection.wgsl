@@ -17,15 +17,18 @@ struct Projection {
     y_axis: vec3<f32>,
     z_max: f32,
     z_axis: vec3<f32>,
-    padding: u32,
+    least_w: f32,               // of a homography's map: nothing in it is nearer to the horizon
     centre: vec2<f32>,
     size: vec2<u32>,            // width, height in texels
     scale: vec2<f32>,           // texels per unit of a paraboloid's plane
-    more_padding: vec2<u32>,
+    padding: vec2<u32>,
     // World vectors of a unit step along each axis of projection space.
     step_x: vec4<f32>,
     step_y: vec4<f32>,
     step_z: vec4<f32>,
+    // Rows of a homography: from (q.x, q.y, 1) to a homogeneous centred texel, and back.
+    texel_from_place: array<vec4<f32>, 3>,
+    place_from_texel: array<vec4<f32>, 3>,
 }
 
 // A box of centred texels.

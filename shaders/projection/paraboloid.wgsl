@@ -77,9 +77,9 @@ fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, s
     return length(q) / clamp(growth, 0.5, 2.0);
 }
 
-// How much wider a texel's beam is there than at the depth that widths are given for.
-fn beam_growth(depth: f32) -> f32 {
-    return depth;
+// How much wider a texel's beam is at a point than at the depth that widths are given for.
+fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
+    return length(q);
 }
 
 // Takes in the outermost place, along one axis, of the circle of an edge, if the edge reaches it: the

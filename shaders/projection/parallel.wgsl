@@ -49,8 +49,8 @@ fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, s
     return q.z + dot(-normal.xy / normal.z, step);
 }
 
-// How much wider a texel's beam is there than at the depth that widths are given for.
-fn beam_growth(depth: f32) -> f32 {
+// How much wider a texel's beam is at a point than at the depth that widths are given for.
+fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
     return 1.0;
 }
 

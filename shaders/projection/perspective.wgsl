@@ -50,9 +50,9 @@ fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, s
     return q.z / clamp(growth, 0.5, 2.0);
 }
 
-// How much wider a texel's beam is there than at the depth that widths are given for.
-fn beam_growth(depth: f32) -> f32 {
-    return depth;
+// How much wider a texel's beam is at a point than at the depth that widths are given for.
+fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
+    return q.z;
 }
 
 fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Extent {

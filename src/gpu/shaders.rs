@@ -28,6 +28,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/tables"),
     file!("lib/triangles"),
     file!("projection/parallel"),
+    file!("projection/parallel_homography"),
     file!("projection/paraboloid"),
     file!("projection/perspective"),
     file!("stored/depth"),
@@ -45,6 +46,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("receivers"),
     file!("shadow_edge"),
     file!("shadow_rays"),
+    file!("samples"),
     file!("warp_map"),
 ];
 
@@ -120,12 +122,14 @@ mod tests {
             "receivers",
             "shadow_edge",
             "shadow_rays",
+            "samples",
             "warp_map",
         ];
         let mut shaders = Vec::new();
         for file in files {
             for projection in [
                 "projection/parallel",
+                "projection/parallel_homography",
                 "projection/perspective",
                 "projection/paraboloid",
             ] {

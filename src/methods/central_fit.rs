@@ -25,6 +25,7 @@ pub fn central_axes(kind: Kind, origin: DVec3, direction: DVec3) -> Projection {
         z_axis: forward,
         centre: DVec2::ZERO,
         scale: DVec2::ONE,
+        homography: None,
         width: 1,
         height: 1,
         near: NEAR_SHARE,

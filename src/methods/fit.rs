@@ -1,8 +1,10 @@
 //! Fits of maps to the receivers: the step before a map or a warp.
 
 use super::central_fit::{self, cone_layer, cube_faces, plane_radius};
+use super::lispsm::LightSpacePerspective;
 use super::parallel_fit::{self, axes_at, projected_box};
 use super::parameters::Value;
+use super::scene_optimized::SceneOptimized;
 use super::view::{Fitted, View};
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
@@ -11,7 +13,8 @@ use crate::projection::{Kind, Projection};
 use crate::region::Region;
 use glam::{DMat2, DVec2, DVec3};
 
-/// How a map is turned around the light's direction, before its sides are fitted to the receivers.
+/// How a map is turned around the light's direction, before its sides are fitted to the receivers; or
+/// the method that makes all of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
     /// The world's Y is up in the map.
@@ -20,6 +23,10 @@ pub enum Fit {
     MinSm,
     /// Along the principal axes of the receivers.
     PrincipalAxes,
+    /// With the perspective of `lispsm`.
+    LightSpacePerspective,
+    /// With the light matrix of `scene_optimized`.
+    SceneOptimized,
 }
 
 impl Fit {
@@ -29,6 +36,8 @@ impl Fit {
         ("desired_view", Self::DesiredView),
         ("min_sm", Self::MinSm),
         ("principal_axes", Self::PrincipalAxes),
+        ("lispsm", Self::LightSpacePerspective),
+        ("scene_optimized", Self::SceneOptimized),
     ];
 
     pub fn default_value() -> Value {
@@ -39,6 +48,11 @@ impl Fit {
     /// faces of a cube for a point. A layer without receivers is left out. Submits what was recorded so
     /// far.
     pub fn fit(self, view: &mut View, resolution: u32) -> Result<Vec<Fitted>> {
+        match self {
+            Self::DesiredView | Self::MinSm | Self::PrincipalAxes => {}
+            Self::LightSpacePerspective => return LightSpacePerspective::new(resolution).fit(view),
+            Self::SceneOptimized => return SceneOptimized::new(resolution).fit(view),
+        }
         let scene = view.scene.bounds();
         let mut layers = match (view.light.position(), view.light.cone()) {
             (None, _) => vec![parallel_layer(view)],
@@ -47,7 +61,7 @@ impl Fit {
         };
         for layer in &mut layers {
             let turn = match self {
-                Self::DesiredView => continue,
+                Self::DesiredView | Self::LightSpacePerspective | Self::SceneOptimized => continue,
                 Self::MinSm => {
                     let points = view.outline(layer, Points::Extremes)?;
                     smallest_rectangle(&points).map_or(DVec2::X, |rectangle| rectangle.axis)

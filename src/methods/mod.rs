@@ -3,16 +3,23 @@
 //! A method is straight-line code from handles to a visibility image: it fits a projection and calls
 //! passes. See CONTRIBUTING.md, "How to add a method".
 
+mod cascades;
 mod central_fit;
 mod desired_view;
 mod fit;
+mod focused;
 mod importance;
+mod lispsm;
+mod matrix_fit;
 mod min_sm;
 mod notw;
 mod parallel_fit;
 mod parameters;
+mod plane_optimal;
+mod psm;
 mod ray_traced;
 mod rtw;
+mod scene_optimized;
 mod uniform;
 mod view;
 
@@ -90,6 +97,12 @@ methods! {
     Uniform = uniform::Uniform,
     DesiredView = desired_view::DesiredView,
     MinimalShadowMap = min_sm::MinimalShadowMap,
+    Focused = focused::Focused,
+    LightSpacePerspective = lispsm::LightSpacePerspective,
+    Perspective = psm::Perspective,
+    PlaneOptimal = plane_optimal::PlaneOptimal,
+    SceneOptimized = scene_optimized::SceneOptimized,
+    Cascades = cascades::Cascades,
     RectilinearWarp = rtw::RectilinearWarp,
     NonOrthogonalWarp = notw::NonOrthogonalWarp,
     RayTraced = ray_traced::RayTraced,

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result, ensure_value};
 use crate::passes::lookup::{Comparison, DepthBias};
 use crate::projection::{Kind, Projection};
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -16,6 +16,8 @@ pub enum Value {
     Float(f64),
     Text(String),
     Array(Array),
+    /// A matrix of 4 x 4, row by row.
+    Matrix(Box<[f64; 16]>),
 }
 
 /// Numbers in rows.
@@ -37,6 +39,7 @@ impl std::fmt::Display for Value {
             Self::Array(array) => {
                 write!(f, "an array of shape ({}, {})", array.rows, array.columns)
             }
+            Self::Matrix(value) => write!(f, "{value:?}"),
         }
     }
 }
@@ -85,6 +88,16 @@ impl Parameters {
             }
             value => Err(Error::Value(format!(
                 "{name} must be a whole number of texels from 1 to {LARGEST_RESOLUTION}, got {value}"
+            ))),
+        }
+    }
+
+    /// A whole number from 1.
+    pub fn take_count(&mut self, name: &str, most: u32) -> Result<u32> {
+        match self.take(name) {
+            Value::Int(value) if (1..=i64::from(most)).contains(&value) => Ok(value as u32),
+            value => Err(Error::Value(format!(
+                "{name} must be a whole number from 1 to {most}, got {value}"
             ))),
         }
     }
@@ -141,6 +154,19 @@ impl Parameters {
             }
             value => Err(Error::Value(format!(
                 "{name} must be an array with two axes, got {value}"
+            ))),
+        }
+    }
+
+    /// A finite matrix of 4 x 4, or `None`.
+    pub fn take_matrix(&mut self, name: &str) -> Result<Option<DMat4>> {
+        match self.take(name) {
+            Value::None => Ok(None),
+            Value::Matrix(rows) if rows.iter().all(|entry| entry.is_finite()) => {
+                Ok(Some(DMat4::from_cols_array(&rows).transpose()))
+            }
+            value => Err(Error::Value(format!(
+                "{name} must be a finite matrix of 4 x 4 or None, got {value}"
             ))),
         }
     }
@@ -230,6 +256,17 @@ const LOOKUPS: &[(&str, Comparison)] = &[
 ];
 
 impl MapParameters {
+    /// With the defaults of the other parameters.
+    pub fn new(resolution: u32) -> Self {
+        Self {
+            resolution,
+            lookup: LOOKUPS[0].1,
+            bias: Bias::Auto,
+            constant_bias: None,
+            slope_bias: 1.0,
+        }
+    }
+
     pub fn defaults() -> Vec<(&'static str, Value)> {
         vec![
             ("resolution", Value::Int(1024)),
@@ -293,14 +330,16 @@ impl MapParameters {
 /// A bound of the error of a float32 position in the light's space: positions are sums of a few
 /// terms, none larger than the distance of the eye and the size of the map's box together.
 pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
-    let size = match projection.kind {
-        Kind::Parallel => {
+    let depth = projection.far - projection.near;
+    let size = match (projection.kind, projection.homography) {
+        (Kind::Parallel, None) => {
             let steps = projection.steps();
             let width = steps.x_axis.length() * f64::from(projection.width);
             let height = steps.y_axis.length() * f64::from(projection.height);
-            DVec3::new(width, height, projection.far - projection.near).length()
+            DVec3::new(width, height, depth).length()
         }
-        Kind::Perspective | Kind::Paraboloid => projection.far,
+        (Kind::Parallel, Some(homography)) => homography.reach.hypot(depth),
+        (Kind::Perspective | Kind::Paraboloid, _) => projection.far,
     };
     let scale = (eye - projection.origin).length() + size;
     8.0 * f64::from(f32::EPSILON / 2.0) * scale

@@ -3,7 +3,7 @@
 use super::parameters::{MapParameters, position_rounding};
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::frame::{Frame, Read, ReadResults};
+use crate::gpu::frame::{Frame, Read, ReadResults, Source};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
 use crate::passes::boundary::{self, BoundaryWeights};
@@ -14,10 +14,11 @@ use crate::passes::rasterize::{Counters, Target};
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
 use crate::passes::{
-    Facts, Inputs, PendingFacts, Receivers, forward_importance, shadow_edge, shadow_map,
-    shadow_rays,
+    Facts, Inputs, PendingFacts, Receivers, forward_importance, samples, shadow_edge, shadow_map,
+    shadow_rays, visibility,
 };
 use crate::projection::Projection;
+use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
@@ -39,6 +40,7 @@ pub struct View<'a> {
     receiver_counts: Option<ReceiverCounts>,
     skipped: Vec<&'static str>,
     skipped_layers: usize,
+    measures: Vec<(&'static str, f64)>,
     everywhere: Region,
 }
 
@@ -115,6 +117,7 @@ pub struct Finished {
     pub receiver_counts: Option<ReceiverCounts>,
     pub skipped: Vec<&'static str>,
     pub skipped_layers: usize,
+    pub measures: Vec<(&'static str, f64)>,
 }
 
 impl<'a> View<'a> {
@@ -139,6 +142,7 @@ impl<'a> View<'a> {
             receiver_counts: None,
             skipped: Vec::new(),
             skipped_layers: 0,
+            measures: Vec::new(),
             everywhere: Region::everywhere(),
         }
     }
@@ -242,13 +246,24 @@ impl<'a> View<'a> {
         if plans.is_empty() {
             return self.all_in_shadow();
         }
-        let visibility = lookup::visibility_image(&self.frame, self.camera)?;
+        self.answer(self.inputs, self.visibility_buffer, map, plans)
+    }
+
+    /// The same for the receivers of any visibility buffer; there is a layer.
+    fn answer(
+        &mut self,
+        inputs: Inputs,
+        visibility_buffer: &wgpu::Buffer,
+        map: &MapParameters,
+        plans: Vec<Plan>,
+    ) -> Result<Recorded> {
+        let visibility = lookup::visibility_image(&self.frame, inputs.camera)?;
         let mut layers = Vec::new();
         for plan in plans {
             let Fitted { projection, region } = &plan.fitted;
             let rasterized = shadow_map::shadow_map(
                 &mut self.frame,
-                self.inputs,
+                inputs,
                 projection,
                 plan.warp.as_ref(),
                 map.lookup.target(),
@@ -262,7 +277,7 @@ impl<'a> View<'a> {
                 comparison: map.lookup,
                 bias: map.depth_bias(projection, rounding),
             };
-            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
             let is_first = layers.is_empty();
             lookup::lookup(&mut self.frame, seen, looked, &visibility, is_first);
             layers.push(Layer {
@@ -292,6 +307,45 @@ impl<'a> View<'a> {
         Ok(visibility)
     }
 
+    /// Receivers of about `resolution` pixels along the longer side of the image. Submits what was
+    /// recorded so far.
+    pub fn sampled_receivers(&mut self, resolution: u32) -> Result<SampledReceivers> {
+        let side = self.camera.width.max(self.camera.height);
+        let stride = ((side + resolution / 2) / resolution).max(1);
+        let buffer = self.visibility_buffer;
+        let (camera, keys) = samples::samples(&mut self.frame, self.camera, buffer, stride)?;
+        let read = self
+            .frame
+            .read::<u64>(Source::Kept(&keys), camera.pixel_count())?;
+        let triangles = self.submit()?.take(&read)?;
+        let triangles: Vec<_> = triangles
+            .into_iter()
+            .map(visibility::triangle_from_key)
+            .collect();
+        Ok(SampledReceivers::new(
+            self.scene, self.light, camera, triangles, keys,
+        ))
+    }
+
+    /// What maps answer for the samples, as in a visibility image. Submits what was recorded so far.
+    pub fn sampled_visibility(
+        &mut self,
+        samples: &SampledReceivers,
+        map: &MapParameters,
+        plans: Vec<Plan>,
+    ) -> Result<Vec<f32>> {
+        let inputs = Inputs {
+            scene: self.inputs.scene,
+            camera: &samples.camera,
+        };
+        let recorded = self.answer(inputs, &samples.keys, map, plans)?;
+        let count = samples.camera.pixel_count();
+        let read = self
+            .frame
+            .read::<f32>(Source::Taken(recorded.visibility), count)?;
+        self.submit()?.take(&read)
+    }
+
     /// The frame where whatever is seen faces away from the light: there is nothing to look up.
     fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
@@ -313,6 +367,11 @@ impl<'a> View<'a> {
     /// Counts a layer that no receiver falls in.
     pub fn skip_layer(&mut self) {
         self.skipped_layers += 1;
+    }
+
+    /// Keeps a number that the method found, by its name in the statistics.
+    pub fn measure(&mut self, name: &'static str, value: f64) {
+        self.measures.push((name, value));
     }
 
     /// Counters to be taken after the next submission.
@@ -346,7 +405,110 @@ impl<'a> View<'a> {
             receiver_counts: self.receiver_counts,
             skipped: self.skipped,
             skipped_layers: self.skipped_layers,
+            measures: self.measures,
         }
+    }
+}
+
+/// Second difference of one over the depth, as a share of it, that still is smooth.
+const MOST_BEND: f64 = 0.02;
+
+/// Some pixels of the image, seen by the CPU: rows of a coarse camera's image.
+pub struct SampledReceivers {
+    pub camera: Camera,
+    keys: PooledBuffer,
+    /// Not a number where nothing is seen.
+    pub points: Vec<DVec3>,
+    /// Towards the camera.
+    pub normals: Vec<DVec3>,
+    /// Along the viewing direction; not a number where nothing is seen.
+    pub depths: Vec<f64>,
+    is_facing: Vec<bool>,
+}
+
+impl SampledReceivers {
+    fn new(
+        scene: &Scene,
+        light: &Light,
+        camera: Camera,
+        triangles: Vec<i32>,
+        keys: PooledBuffer,
+    ) -> Self {
+        let (points, normals, depths) = surface(scene, &camera, &triangles);
+        let points: Vec<_> = points.into_iter().map(DVec3::from).collect();
+        let normals: Vec<_> = normals
+            .into_iter()
+            .map(|normal| DVec3::from(normal.map(f64::from)))
+            .collect();
+        let faces = |(point, normal): (&DVec3, &DVec3)| {
+            let to_light = light.vector_from_point(*point);
+            let is_reached = light
+                .cone()
+                .is_none_or(|cone| -to_light.dot(cone.axis) >= cone.cosine * to_light.length());
+            normal.dot(to_light) > 0.0 && is_reached
+        };
+        Self {
+            is_facing: points.iter().zip(&normals).map(faces).collect(),
+            camera,
+            keys,
+            points,
+            normals,
+            depths,
+        }
+    }
+
+    /// Points and normals of those that see a surface.
+    pub fn seen(&self) -> (Vec<DVec3>, Vec<DVec3>) {
+        let samples = self.points.iter().zip(&self.normals);
+        samples.filter(|(point, _)| !point.is_nan()).unzip()
+    }
+
+    /// Indices of the samples that the light could reach.
+    pub fn facing_the_light(&self) -> Vec<usize> {
+        (0..self.points.len())
+            .filter(|&i| self.is_facing[i])
+            .collect()
+    }
+
+    pub fn is_facing(&self, index: usize) -> bool {
+        self.is_facing[index]
+    }
+
+    /// The samples to the left and right, above and below.
+    pub fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> {
+        self.neighbours_across(index)
+            .into_iter()
+            .flatten()
+            .flatten()
+    }
+
+    /// Those to the left and right, then those above and below.
+    fn neighbours_across(&self, index: usize) -> [[Option<usize>; 2]; 2] {
+        let (width, height) = (self.camera.width as usize, self.camera.height as usize);
+        let (row, column) = (index / width, index % width);
+        [
+            [
+                (column > 0).then(|| index - 1),
+                (column + 1 < width).then_some(index + 1),
+            ],
+            [
+                (row > 0).then(|| index - width),
+                (row + 1 < height).then_some(index + width),
+            ],
+        ]
+    }
+
+    /// Whether the depth changes as a plane's does, so that its derivatives tell of the neighbourhood:
+    /// one over it is linear in the image (the paper thresholds its second difference).
+    pub fn is_smooth(&self, index: usize) -> bool {
+        let here = 1.0 / self.depths[index];
+        self.neighbours_across(index).into_iter().all(|pair| {
+            let [Some(before), Some(after)] = pair else {
+                return true;
+            };
+            let bend = 1.0 / self.depths[before] + 1.0 / self.depths[after] - 2.0 * here;
+            bend.abs() < MOST_BEND * here
+        })
     }
 }
 

@@ -71,7 +71,7 @@ pub fn forward_importance(
     let uniform = frame.uniform(LABEL, &uniform);
     let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         stored: "stored/depth_triangle",
         ..Shader::new("forward_importance")
     };

@@ -128,7 +128,7 @@ pub fn importance_map(
     let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     let uniform = frame.uniform("importance", &uniform);
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         warp: warp_map::shader(warp),
         ..Shader::new("importance_map")
     };

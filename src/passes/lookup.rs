@@ -96,7 +96,7 @@ pub fn lookup(
         ..
     } = map;
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         warp: warp_map::shader(warp),
         stored: match comparison.target() {
             Target::Depth => "stored/depth",

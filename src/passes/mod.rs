@@ -8,6 +8,7 @@ pub mod lookup;
 pub mod outline;
 pub mod rasterize;
 pub mod receivers;
+pub mod samples;
 pub mod shadow_edge;
 pub mod shadow_map;
 pub mod shadow_rays;

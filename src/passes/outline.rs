@@ -80,7 +80,7 @@ pub fn outline(
     let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     constants.extend(seen.constants());
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         ..Shader::new("outline")
     };
     let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);

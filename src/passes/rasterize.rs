@@ -84,7 +84,7 @@ pub fn rasterize(
     frame.clear(&counters);
 
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         warp: warp_map::shader(warp),
         target: match target {
             Target::Depth => "target/depth",

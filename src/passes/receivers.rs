@@ -62,7 +62,7 @@ pub fn receivers(
     let mut constants = vec![("rows_per_invocation", f64::from(rows))];
     constants.extend(seen.constants());
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         ..Shader::new("receivers")
     };
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);

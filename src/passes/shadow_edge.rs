@@ -42,7 +42,7 @@ pub fn shadow_edge(
     let uniform = frame.uniform(LABEL, &uniform);
     let projected = frame.uniform("projection", &projection.uniform(inputs.scene.origin));
     let shader = Shader {
-        projection: projection.kind.shader(),
+        projection: projection.shader(),
         stored: "stored/depth_triangle",
         ..Shader::new("shadow_edge")
     };

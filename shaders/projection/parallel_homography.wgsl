@@ -1,0 +1,138 @@
+// Parallel rays whose texels a homography moves: the light matrices of perspective, light space
+// perspective, plane optimal and scene optimized shadow maps. With H the homography,
+//
+//   homogeneous texel = H (q.x, q.y, 1)        depth = q.z
+//
+// Edges and planes stay in the plane of q.xy, where they are those of projection/parallel.wgsl. The
+// horizon is the line whose last coordinate, w, is zero; nothing behind it is in the map.
+#import lib/projection
+
+const HAS_STRAIGHT_EDGES: bool = false;
+
+fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy, 1.0);
+}
+
+fn times(rows: array<vec4<f32>, 3>, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
+}
+
+fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
+    let texel = times(projection.texel_from_place, vec3<f32>(q.xy, 1.0));
+    // What is behind the horizon is far outside of every map.
+    return select(vec2<f32>(1e8), texel.xy / texel.z, texel.z > 0.0);
+}
+
+fn depth_from_projected(q: vec3<f32>) -> f32 {
+    return q.z;
+}
+
+fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy, 1.0);
+}
+
+// A texel behind the horizon has the negative of a ray, which no triangle covers.
+fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
+    let ray = times(projection.place_from_texel, vec3<f32>(centred, 1.0));
+    return ray / abs(ray.z);
+}
+
+fn depth_plane(normal: vec3<f32>, q: vec3<f32>) -> vec3<f32> {
+    let slope = -normal.xy / normal.z;
+    return vec3<f32>(slope, q.z - dot(slope, q.xy));
+}
+
+fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
+}
+
+// How the place of a ray moves as its texel does by a step: the quotient's difference, in which
+// nothing cancels.
+fn place_step(projection: Projection, q: vec3<f32>, step: vec2<f32>) -> vec2<f32> {
+    let w = dot(projection.texel_from_place[2].xyz, vec3<f32>(q.xy, 1.0));
+    let x = dot(projection.place_from_texel[0].xy, step);
+    let y = dot(projection.place_from_texel[1].xy, step);
+    let z = dot(projection.place_from_texel[2].xy, step);
+    // A neighbour near the horizon is taken for a nearer one.
+    return w * (vec2<f32>(x, y) - q.xy * z) / max(1.0 + w * z, 0.1);
+}
+
+// How the place of a ray moves per texel along an axis: the columns of the derivative.
+fn place_slopes(projection: Projection, q: vec3<f32>) -> mat2x2<f32> {
+    let w = dot(projection.texel_from_place[2].xyz, vec3<f32>(q.xy, 1.0));
+    let x = projection.place_from_texel[0];
+    let y = projection.place_from_texel[1];
+    let z = projection.place_from_texel[2];
+    return mat2x2<f32>(
+        w * (vec2<f32>(x.x, y.x) - q.xy * z.x),
+        w * (vec2<f32>(x.y, y.y) - q.xy * z.y),
+    );
+}
+
+// Depth per texel of the plane through a point.
+fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+    return -normal.xy / normal.z * place_slopes(projection, q);
+}
+
+// Depth of the plane through a point where a ray `step` texels away meets it.
+fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>) -> f32 {
+    return q.z + dot(-normal.xy / normal.z, place_step(projection, q, step));
+}
+
+// The width of a texel's beam at a point, world units.
+fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
+    let slopes = place_slopes(projection, q);
+    return max(length(slopes[0]), length(slopes[1]));
+}
+
+fn grown_by_corner(projection: Projection, extent: Extent, texel: vec3<f32>) -> Extent {
+    let is_seen = texel.z >= projection.least_w;
+    let place = texel.xy / texel.z;
+    return Extent(
+        select(extent.low, min(extent.low, place), is_seen),
+        select(extent.high, max(extent.high, place), is_seen),
+    );
+}
+
+// Where the edge from a to b comes nearer to the horizon than anything in the map, if it does.
+fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: vec3<f32>) -> Extent {
+    let crosses = (a.z >= projection.least_w) != (b.z >= projection.least_w);
+    let t = (projection.least_w - a.z) / select(1.0, b.z - a.z, crosses);
+    let place = mix(a.xy, b.xy, t) / projection.least_w;
+    return Extent(
+        select(extent.low, min(extent.low, place), crosses),
+        select(extent.high, max(extent.high, place), crosses),
+    );
+}
+
+fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Extent {
+    let ta = times(projection.texel_from_place, vec3<f32>(a.xy, 1.0));
+    let tb = times(projection.texel_from_place, vec3<f32>(b.xy, 1.0));
+    let tc = times(projection.texel_from_place, vec3<f32>(c.xy, 1.0));
+    var extent = Extent(vec2<f32>(3.0e38), vec2<f32>(-3.0e38));
+    extent = grown_by_corner(projection, extent, ta);
+    extent = grown_by_corner(projection, extent, tb);
+    extent = grown_by_corner(projection, extent, tc);
+    extent = grown_by_crossing(projection, extent, ta, tb);
+    extent = grown_by_crossing(projection, extent, tb, tc);
+    return grown_by_crossing(projection, extent, tc, ta);
+}
+
+// Least and greatest depth of a triangle, or a little beyond.
+fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
+    return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
+}
+
+// A bound of an edge's function, times what is positive before the horizon, in a box of centred texels.
+fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
+    let rows = projection.place_from_texel;
+    let in_texels = edge.x * rows[0].xyz + edge.y * rows[1].xyz + edge.z * rows[2].xyz;
+    let sizes = abs(edge.x * rows[0].xyz) + abs(edge.y * rows[1].xyz) + abs(edge.z * rows[2].xyz);
+    let slack = 1e-6 * dot(sizes, vec3<f32>(abs(middle) + reach, 1.0));
+    return dot(in_texels.xy, middle) + in_texels.z + dot(abs(in_texels.xy), reach) + slack;
+}
+
+// Casters nearer than the nearest depth are drawn at it, as pancaking does.
+fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
+    return max(z, z_min);
+}

@@ -1,0 +1,46 @@
+//! Focused: the smallest rectangle in the light's plane that holds what the camera may see.
+//!
+//! Frustum limiting of Stefan Brabec, Thomas Annen, Hans-Peter Seidel. Practical shadow mapping.
+//! Journal of Graphics Tools 7(4), 2002; with the smallest rectangle in any orientation as "focused" of
+//! Hamilton Yu-Ik Chong, Steven J. Gortler. Scene optimized shadow mapping. Harvard TR-07-07, 2007,
+//! section 3.
+//!
+//! Parameters: those of every map, and `fit`, `sample_resolution`, `margin`.
+//!
+//! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
+
+use super::matrix_fit::{FitParameters, fitted_layers};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use crate::error::Result;
+use crate::light_fits::focused;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Focused {
+    pub map: MapParameters,
+    pub fit: FitParameters,
+}
+
+impl ShadowMethod for Focused {
+    const NAME: &'static str = "focused";
+    const TITLE: &'static str = "Focused";
+    const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
+         mapping. Journal of Graphics Tools 7(4).";
+
+    fn defaults() -> Vec<(&'static str, Value)> {
+        let mut defaults = MapParameters::defaults();
+        defaults.extend(FitParameters::defaults());
+        defaults
+    }
+
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        Ok(Self {
+            map: MapParameters::from_parameters(parameters)?,
+            fit: FitParameters::from_parameters(parameters)?,
+        })
+    }
+
+    fn record(&self, view: &mut View) -> Result<Recorded> {
+        let layers = fitted_layers(view, self.map.resolution, self.fit, focused)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+    }
+}

@@ -1,0 +1,65 @@
+//! Light space perspective shadow map: texels narrow along the view as the pixels do.
+//!
+//! A perspective across the light, whose apex lies the optimal distance before what is seen.
+//!
+//! Michael Wimmer, Daniel Scherzer, Werner Purgathofer. Light space perspective shadow maps.
+//! Eurographics Symposium on Rendering 2004.
+//!
+//! Parameters: those of every map, and `fit`, `sample_resolution`, `margin`.
+//!
+//! Limits: the more the light shines along the view the less there is to gain; along it the map is
+//! the focused one.
+
+use super::matrix_fit::{FitParameters, fitted_layers};
+use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use crate::error::Result;
+use crate::light_fits::light_space_perspective;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightSpacePerspective {
+    pub map: MapParameters,
+    pub fit: FitParameters,
+}
+
+impl ShadowMethod for LightSpacePerspective {
+    const NAME: &'static str = "lispsm";
+    const TITLE: &'static str = "Light space perspective";
+    const CITATION: &'static str = "Wimmer, M., Scherzer, D., and Purgathofer, W. 2004. Light space \
+         perspective shadow maps. Eurographics Symposium on Rendering.";
+
+    fn defaults() -> Vec<(&'static str, Value)> {
+        let mut defaults = MapParameters::defaults();
+        defaults.extend(FitParameters::defaults());
+        defaults
+    }
+
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        Ok(Self {
+            map: MapParameters::from_parameters(parameters)?,
+            fit: FitParameters::from_parameters(parameters)?,
+        })
+    }
+
+    fn record(&self, view: &mut View) -> Result<Recorded> {
+        let layers = self.fit(view)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+    }
+}
+
+impl LightSpacePerspective {
+    /// With the defaults of the other parameters.
+    pub fn new(resolution: u32) -> Self {
+        Self {
+            map: MapParameters::new(resolution),
+            fit: FitParameters::default(),
+        }
+    }
+
+    /// The layers; none where nothing faces the light. Submits what was recorded so far.
+    pub fn fit(&self, view: &mut View) -> Result<Vec<Fitted>> {
+        let camera = view.camera;
+        fitted_layers(view, self.map.resolution, self.fit, |subject, size| {
+            light_space_perspective(subject, camera, size)
+        })
+    }
+}

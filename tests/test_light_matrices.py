@@ -1,0 +1,170 @@
+"""Light matrices: what they hold, how good they are, and what is kept of the frame before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from views import small
+
+import lixel as lx
+
+MATRIX_METHODS = [
+    lx.Focused,
+    lx.LightSpacePerspective,
+    lx.PerspectiveShadowMap,
+    lx.PlaneOptimal,
+    lx.SceneOptimized,
+]
+
+
+@pytest.fixture(scope="module")
+def objects() -> tuple[lx.Scene, lx.Camera]:
+    scene = small("objects_on_floor")
+    return scene, scene.cameras["default"].resized(240, 180)
+
+
+def texels(frame: lx.Frame, points: np.ndarray) -> np.ndarray:
+    """Places (x, y) in the map, nan behind its horizon."""
+    homogeneous = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
+    x, y, _, w = np.moveaxis(homogeneous @ frame.light_matrix[0].T, -1, 0)
+    return np.stack([x, y], axis=-1) / np.where(w > 0, w, np.nan)[..., None]
+
+
+@pytest.mark.parametrize("direction", [(0.3, -1, 0.2), (-0.9, -0.3, 0.1), (0.1, -0.15, -1)])
+@pytest.mark.parametrize("fit", ["receivers", "frustum"])
+@pytest.mark.parametrize("method", [lx.Focused, lx.LightSpacePerspective, lx.PerspectiveShadowMap])
+def test_what_is_seen_is_in_the_map(method, fit, direction, objects):
+    frame = lx.render(*objects, lx.DirectionalLight(direction), method(resolution=200, fit=fit))
+    places = texels(frame, frame.position[frame.facing])
+    held = ((places >= 0) & (places <= 200)).all(axis=-1)
+    # Between the samples something may stick out, of the frustum nothing may.
+    assert held.mean() > (0.999 if fit == "receivers" else 0.999999)
+
+
+@pytest.mark.parametrize("method", MATRIX_METHODS)
+@pytest.mark.parametrize("light", [(0.5, -1, -0.3), (-0.4, -0.2, 0.9)])
+def test_the_aliasing_error_is_the_footprint_of_a_texel(method, light, objects):
+    """m = (w_l / w_i) (cos i / cos l), widths across the beams as roots of their areas. On the
+    surface both areas are over their cosines, and their quotient is one over the determinant of the
+    Jacobian of the map by the image; that by finite differences over neighbouring pixels."""
+    frame = lx.render(*objects, lx.DirectionalLight(light), method(resolution=200))
+    places = texels(frame, frame.position)
+    along_x = 0.5 * (places[1:-1, 2:] - places[1:-1, :-2])
+    along_y = 0.5 * (places[2:, 1:-1] - places[:-2, 1:-1])
+    area = along_x[..., 0] * along_y[..., 1] - along_x[..., 1] * along_y[..., 0]
+    error = frame.aliasing_error[1:-1, 1:-1]
+    normal = frame.normal
+    is_flat = frame.facing[1:-1, 1:-1]
+    for rows, columns in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        part = (slice(rows, rows + 178), slice(columns, columns + 238))
+        is_flat = is_flat & (np.abs(normal[part] - normal[1:-1, 1:-1]).max(axis=-1) < 1e-6)
+    is_flat &= np.isfinite(area) & (np.abs(area) > 0)
+    to_light, to_eye = -np.array(light), objects[1].eye - frame.position[1:-1, 1:-1][is_flat]
+    surface = normal[1:-1, 1:-1][is_flat]
+    cos_light = surface @ to_light / np.linalg.norm(to_light)
+    cos_eye = (surface * to_eye).sum(axis=-1) / np.linalg.norm(to_eye, axis=-1)
+    expected = np.sqrt(cos_eye / cos_light / np.abs(area[is_flat]))
+    ratio = error[is_flat] / expected
+    assert is_flat.sum() > 1000
+    # Depth steps between coplanar surfaces, and the curvature of a perspective, remain.
+    assert np.mean(np.abs(ratio - 1) < 0.05) > 0.95
+
+
+def test_the_optimizer_lowers_h_and_the_simplex_lowers_it_further(objects):
+    for direction in [(0.3, -1, 0.2), (-0.9, -0.3, 0.1), (0.1, -0.15, -1), (0.0, -0.2, -1)]:
+        light = lx.DirectionalLight(direction)
+        h = {}
+        for optimizer in ("paper", "simplex"):
+            method = lx.SceneOptimized(resolution=200, optimizer=optimizer)
+            frame = lx.render(*objects, light, method)
+            h[optimizer] = frame.stats["h"]
+            assert np.isfinite(frame.light_matrix).all()
+            assert "fit light matrix (CPU)" in frame.timings
+        assert 0 < h["simplex"] <= h["paper"]
+
+
+def test_a_matrix_is_kept_until_a_new_one_is_much_better(objects):
+    scene, camera = objects
+    light = lx.DirectionalLight((0.4, -1, 0.2))
+    first = lx.render(scene, camera, light, lx.SceneOptimized(resolution=200))
+
+    def axis(frame):
+        return frame.light_matrix[0, 3] / np.linalg.norm(frame.light_matrix[0, 3, :3])
+
+    # A step to the side: the optical axis stays where it was.
+    pose = camera.pose.copy()
+    pose[:3, 3] += 0.02 * pose[:3, 0]
+    moved = lx.Camera(pose, focal=camera.focal, centre=camera.centre, width=240, height=180)
+    kept = lx.render(scene, moved, light, lx.SceneOptimized(resolution=200, previous=first))
+    assert np.allclose(axis(kept)[:3], axis(first)[:3], atol=1e-6)
+    # A matrix that squeezes what is near is not.
+    worse = first.light_matrix[0].copy()
+    away = np.linalg.norm(worse[3, :3]) * -worse[3, :3] / np.linalg.norm(worse[3, :3])
+    worse[3, :3] = 0.3 * away
+    chosen = lx.render(scene, camera, light, lx.SceneOptimized(resolution=200, previous=worse))
+    assert np.allclose(chosen.light_matrix, first.light_matrix)
+
+
+def test_previous_is_checked():
+    with pytest.raises(ValueError, match=r"previous must be finite, of shape \(4, 4\)"):
+        lx.SceneOptimized(previous=np.eye(3))
+    with pytest.raises(TypeError, match="previous must be a frame or a matrix, got str"):
+        lx.SceneOptimized(previous="frame")
+
+
+@pytest.mark.parametrize("method", [*MATRIX_METHODS, lx.Cascades])
+@pytest.mark.parametrize("kind", ["point above", "point among", "spot"])
+def test_lights_with_a_position(method, kind, objects):
+    light = {
+        "point above": lx.PointLight((2.0, 9.0, -3.0)),
+        "point among": lx.PointLight((0.5, 1.2, 0.3)),
+        "spot": lx.SpotLight((3.0, 7.0, 2.0), (-0.4, -1.0, -0.3), outer=0.6),
+    }[kind]
+    truth = lx.reference(*objects, light)
+    wrong = lx.compare(lx.render(*objects, light, method(resolution=512)), truth)
+    # A share of what a map of nothing would get wrong; a plane's texels are few off the plane.
+    dark = np.count_nonzero((truth.visibility == 0.0) & truth.facing)
+    assert wrong.misclassified_count < (0.4 if method is lx.PlaneOptimal else 0.1) * dark
+
+
+@pytest.mark.parametrize("fit", ["lispsm", "scene_optimized"])
+@pytest.mark.parametrize("warp", [lx.NonOrthogonalWarp, lx.RectilinearWarp])
+def test_warps_compose_with_light_matrices(fit, warp, objects):
+    light = lx.DirectionalLight((0.4, -1, 0.2))
+    truth = lx.reference(*objects, light)
+    frame = lx.render(*objects, light, warp(fit=fit, resolution=100))
+    assert len(frame.warp_map) == 1
+    assert not np.allclose(frame.light_matrix[0, 3], (0, 0, 0, 1))
+    plain = lx.compare(lx.render(*objects, light, lx.Uniform(resolution=100)), truth)
+    # Importance by distance has little left to do after a perspective, and may do too much.
+    most = plain.misclassified_count * (2 if warp is lx.RectilinearWarp else 1)
+    assert lx.compare(frame, truth).misclassified_count < most
+
+
+@pytest.mark.parametrize(
+    "splits", ["receivers", "quantiles", "practical", "logarithmic", "uniform"]
+)
+@pytest.mark.parametrize("layers", [1, 3, 8])
+def test_cascades_are_split_by_depth(splits, layers, objects):
+    light = lx.DirectionalLight((0.4, -1, 0.2))
+    frame = lx.render(*objects, light, lx.Cascades(layers=layers, splits=splits, resolution=128))
+    assert frame.stats["layers"] + frame.stats["skipped_layers"] == layers
+    assert len(frame.shadow_map) == frame.stats["layers"]
+    # Texels grow from layer to layer where the splits are made for it.
+    widths = 1.0 / np.linalg.norm(frame.light_matrix[:, 0, :3], axis=-1)
+    if splits == "receivers" and layers > 1:
+        assert widths[-1] > 2 * widths[0]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"layers": 0}, "layers must be at least 1"),
+        ({"layers": 9}, "layers must be at most 8, got 9"),
+        ({"weight": 1.5}, "weight must be from 0 to 1, got 1.5"),
+        ({"splits": "even"}, "splits must be one of 'receivers'"),
+    ],
+)
+def test_bad_cascades_are_named(parameters, words):
+    with pytest.raises(ValueError, match=words):
+        lx.Cascades(**parameters)
