@@ -58,6 +58,7 @@ from .methods import (
 from .reference import Reference, reference
 from .scene import Scene
 from .study import study
+from .warps import importance_map, unwarp_points, warp_map, warp_points
 
 __all__ = [
     "METHODS",
@@ -88,6 +89,7 @@ __all__ = [
     "Uniform",
     "__version__",
     "compare",
+    "importance_map",
     "info",
     "load",
     "method_from",
@@ -96,6 +98,9 @@ __all__ = [
     "render_shadows",
     "scenes",
     "study",
+    "unwarp_points",
+    "warp_map",
+    "warp_points",
 ]
 
 # Mesa's layer that picks a device for a display complains on stderr, for each device made, where

@@ -1,0 +1,222 @@
+"""Importance maps and warp maps by themselves, and warps applied to any coordinates in numpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .arguments import reals
+from .camera import Camera
+from .frame import render_outputs
+from .light import Light
+from .methods import Method
+from .scene import Scene
+
+
+def importance_map(
+    scene: Scene, camera: Camera, light: Light, method: str | Method = "rtw"
+) -> npt.NDArray[np.float32]:
+    """What a warp is made from: `Frame.importance_map`, without reading back the rest of a frame.
+
+    Parameters
+    ----------
+    scene, camera, light, method
+        As for `render_shadows`; a method without a warp has no importance map.
+
+    Returns
+    -------
+    (layers, cells, cells) float32
+        Row 0 at the top of the map: the greatest importance of each cell (rtw), or how much the
+        receivers in it count (notw).
+
+    Raises
+    ------
+    ValueError, TypeError, DeviceError
+        As for `render_shadows`.
+    """
+    return _output(scene, camera, light, method, "importance_map")
+
+
+def warp_map(
+    scene: Scene, camera: Camera, light: Light, method: str | Method = "rtw"
+) -> npt.NDArray[np.float32]:
+    """The functions of a warp: `Frame.warp_map`, without reading back the rest of a frame.
+
+    Parameters
+    ----------
+    scene, camera, light, method
+        As for `render_shadows`; a method without a warp has no warp map.
+
+    Returns
+    -------
+    (layers, 2, functions, cells + 1) float32
+        Values in [0, 1] at the boundaries of cells, linear in between: along x, one function for
+        each band of rows, and along y, one for each band of columns. One function of each for rtw.
+        Less the identity, ``np.linspace(0, 1, cells + 1)``, they are the papers' displacements.
+
+    Raises
+    ------
+    ValueError, TypeError, DeviceError
+        As for `render_shadows`.
+    """
+    return _output(scene, camera, light, method, "warp_map")
+
+
+def _output(scene: Any, camera: Any, light: Any, method: Any, name: str) -> npt.NDArray[np.float32]:
+    _, results = render_outputs(scene, camera, light, method, (name,))
+    found: npt.NDArray[np.float32] = results[name]
+    return found
+
+
+def warp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Where a warp takes points of the map that it is made for.
+
+    .. math:: x' = X_i(x),\\; i = \\lfloor y r \\rfloor, \\qquad
+              y' = Y_j(y),\\; j = \\lfloor x' r \\rfloor
+
+    for ``r`` functions along each axis (Milet et al., WSCG 2015, Eq. 6; Rosen's warp has one).
+
+    Parameters
+    ----------
+    warp : (2, functions, cells + 1) array
+        A layer of a `warp_map`: along x, then along y; from 0 to 1, and nowhere falling.
+    points : (n, 2) array
+        (x, y) in [0, 1], from the left and from the top of the map; others are taken to its border.
+
+    Returns
+    -------
+    (n, 2) float64
+        Places in [0, 1] of the warped map.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A warp or points of another shape or kind, or functions that fall.
+
+    Examples
+    --------
+    >>> identity = np.broadcast_to(np.linspace(0, 1, 5), (2, 1, 5))
+    >>> warp_points(identity, [[0.3, 0.9]]).tolist()
+    [[0.3, 0.9]]
+    """
+    functions = _functions(warp)
+    x, y = np.clip(reals("points", points, "n", 2), 0.0, 1.0).T
+    warped = _values(functions[0], _index(len(functions[0]), y), x)
+    return np.stack([warped, _values(functions[1], _index(len(functions[1]), warped), y)], axis=1)
+
+
+def unwarp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """The inverse of `warp_points`: where a warp takes to the points.
+
+    .. math:: y = Y_j^{-1}(y'),\\; j = \\lfloor x' r \\rfloor, \\qquad
+              x = X_i^{-1}(x'),\\; i = \\lfloor y r \\rfloor
+
+    Where a function is level, many places have the same value; the middle of them is taken.
+
+    Parameters
+    ----------
+    warp : (2, functions, cells + 1) array
+        As for `warp_points`.
+    points : (n, 2) array
+        (x', y') in [0, 1] of the warped map; others are taken to its border.
+
+    Returns
+    -------
+    (n, 2) float64
+        Places in [0, 1] of the map that the warp is made for.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As for `warp_points`.
+    """
+    functions = _functions(warp)
+    x, y = np.clip(reals("points", points, "n", 2), 0.0, 1.0).T
+    unwarped = _places(functions[1], _index(len(functions[1]), x), y)
+    return np.stack(
+        [_places(functions[0], _index(len(functions[0]), unwarped), x), unwarped], axis=1
+    )
+
+
+def _functions(warp: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    functions = reals("warp", warp, 2, "functions", "boundaries")
+    if functions.shape[1] < 1 or functions.shape[2] < 2:
+        raise ValueError(f"warp must have a function and a cell, got shape {functions.shape}")
+    if not np.isfinite(functions).all() or (np.diff(functions, axis=2) < 0).any():
+        raise ValueError("warp must be finite and nowhere falling along its last axis")
+    if (functions[..., 0] != 0).any() or (functions[..., -1] != 1).any():
+        raise ValueError("warp must run from 0 to 1 along its last axis")
+    return functions
+
+
+def _index(count: int, place: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+    index: npt.NDArray[np.int64] = np.minimum((place * count).astype(np.int64), count - 1)
+    return index
+
+
+def _values(
+    functions: npt.NDArray[np.float64],
+    index: npt.NDArray[np.int64],
+    x: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    cells = functions.shape[1] - 1
+    cell = np.minimum((x * cells).astype(np.int64), cells - 1)
+    low, high = functions[index, cell], functions[index, cell + 1]
+    # Between its boundaries whatever is rounded.
+    values: npt.NDArray[np.float64] = np.clip(low + (high - low) * (x * cells - cell), low, high)
+    return values
+
+
+def _places(
+    functions: npt.NDArray[np.float64],
+    index: npt.NDArray[np.int64],
+    value: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    cells = functions.shape[1] - 1
+    crossings = [
+        _crossing(functions, index, value, _first(functions, index, value, strict=strict))
+        for strict in (False, True)
+    ]
+    middle: npt.NDArray[np.float64] = np.mean(crossings, axis=0) / cells
+    return middle
+
+
+def _first(
+    functions: npt.NDArray[np.float64],
+    index: npt.NDArray[np.int64],
+    value: npt.NDArray[np.float64],
+    *,
+    strict: bool,
+) -> npt.NDArray[np.int64]:
+    """The first boundary whose value reaches (strict: exceeds) each value, by bisection."""
+    low = np.zeros(len(value), np.int64)
+    high = np.full(len(value), functions.shape[1], np.int64)
+    while (low < high).any():
+        middle = (low + high) // 2
+        at = functions[index, np.minimum(middle, functions.shape[1] - 1)]
+        is_before = at <= value if strict else at < value
+        is_open = low < high
+        low = np.where(is_open & is_before, middle + 1, low)
+        high = np.where(is_open & ~is_before, middle, high)
+    return low
+
+
+def _crossing(
+    functions: npt.NDArray[np.float64],
+    index: npt.NDArray[np.int64],
+    value: npt.NDArray[np.float64],
+    boundary: npt.NDArray[np.int64],
+) -> npt.NDArray[np.float64]:
+    """Where, in cells, the function meets the value in the cell that ends at the boundary."""
+    last = functions.shape[1] - 1
+    end = np.clip(boundary, 1, last)
+    low, high = functions[index, end - 1], functions[index, end]
+    rise = high - low
+    part = np.where(rise > 0, (value - low) / np.where(rise > 0, rise, 1.0), 1.0)
+    place = end - 1 + np.clip(part, 0.0, 1.0)
+    crossing: npt.NDArray[np.float64] = np.select(
+        [boundary == 0, boundary > last], [0.0, float(last)], place
+    )
+    return crossing

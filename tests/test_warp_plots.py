@@ -1,0 +1,53 @@
+"""Pictures of warps: each draws one layer, and what has no warp is refused."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import lixel as lx
+from lixel import warp_plots
+
+mpl.use("Agg")
+
+PLOTS = (
+    warp_plots.importance,
+    warp_plots.warp_grid,
+    warp_plots.receiver_counts,
+    warp_plots.shadow_map,
+)
+
+
+@pytest.mark.parametrize("plot", PLOTS)
+@pytest.mark.parametrize("method", ["rtw", "notw"])
+def test_each_draws_into_axes(view, plot, method):
+    frame = lx.render(*view, method)
+    ax = plot(frame)
+    assert ax.images
+    assert ax.get_title()
+    assert plot(frame, ax) is ax
+
+
+@pytest.mark.parametrize("plot", PLOTS)
+def test_no_warp_and_no_layer(view, plot):
+    with pytest.raises(ValueError, match="layer must be one of the frame's 0 layers"):
+        plot(lx.render(*view, "desired_view"))
+    with pytest.raises(ValueError, match="1 layers with a warp, got 1"):
+        plot(lx.render(*view, "rtw"), layer=1)
+
+
+def test_the_warp_spreads_what_the_plot_counts(view):
+    frame = lx.render(*view, "notw")
+    before, after = (
+        np.asarray(
+            warp_plots.receiver_counts(frame, warped=warped, cells=16).images[0].get_array()
+        ).max()
+        for warped in (False, True)
+    )
+    assert after < before
+
+
+def test_too_few_lines(view):
+    with pytest.raises(ValueError, match="lines must be at least 2, got 1"):
+        warp_plots.warp_grid(lx.render(*view, "rtw"), lines=1)
