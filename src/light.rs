@@ -88,6 +88,16 @@ impl Light {
         })
     }
 
+    /// What it is called in messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Directional { .. } => "directional",
+            Self::Point { .. } => "point",
+            Self::Spot { .. } => "spot",
+            Self::Hemisphere { .. } => "hemisphere",
+        }
+    }
+
     /// Where the rays start, if not at infinity.
     pub fn position(&self) -> Option<DVec3> {
         match self {

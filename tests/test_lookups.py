@@ -45,9 +45,11 @@ def test_more_texels_miss_less(judged, method):
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_auto_is_as_good_as_the_better_one(judged, method):
     *view, truth = judged
+    # The frustum's map is so coarse that depths alone do better: triangles are finer than texels.
+    cut = {"cut": "receivers"} if method == "improved_paraboloid" else {}
     wrong = {
         lookup: lx.compare(
-            lx.render(*view, lx.methods.MAP_METHODS[method](lookup=lookup)), truth
+            lx.render(*view, lx.methods.MAP_METHODS[method](lookup=lookup, **cut)), truth
         ).misclassified_count
         for lookup in ("auto", "depth", "triangle")
     }

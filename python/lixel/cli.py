@@ -28,7 +28,7 @@ from .frame import render as render_frame
 from .info import info as device_info
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import FORMATS, load
-from .methods import MAP_METHODS, METHODS, Method, method_from
+from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
 from .report import milliseconds, say, table
 from .scene import Scene
 from .study import SUN, check_table_path, see_all, study
@@ -234,12 +234,14 @@ def _render(options: argparse.Namespace) -> None:
 
 
 def _compare(options: argparse.Namespace) -> None:
+    scene, camera, light = _view(options)
+    maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
     methods = [
         _make_method(name, resolution, options.parameters)
-        for name in options.method or MAP_METHODS
+        for name in options.method or [n for n, method in maps.items() if method().takes(light)]
         for resolution in options.resolution or [None]
     ]
-    rows = demo.judge(*_view(options), methods, options.output)
+    rows = demo.judge(scene, camera, light, methods, options.output)
     print(table(rows))
 
 

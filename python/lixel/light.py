@@ -281,4 +281,5 @@ def _in_cone(
 
 # The closed set of lights; a new one joins with `|`.
 Light: TypeAlias = DirectionalLight | PointLight | SpotLight | HemisphereLight
-LIGHTS: tuple[type[Light], ...] = (DirectionalLight, PointLight, SpotLight, HemisphereLight)
+WITH_POSITION: tuple[type[Light], ...] = (PointLight, SpotLight, HemisphereLight)
+LIGHTS: tuple[type[Light], ...] = (DirectionalLight, *WITH_POSITION)

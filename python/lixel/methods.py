@@ -17,11 +17,22 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import count, real, reals
+from .light import LIGHTS, WITH_POSITION, Light, SpotLight
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
 Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
-Fit: TypeAlias = Literal["desired_view", "min_sm", "principal_axes", "lispsm", "scene_optimized"]
+Fit: TypeAlias = Literal[
+    "desired_view",
+    "min_sm",
+    "principal_axes",
+    "lispsm",
+    "scene_optimized",
+    "cube",
+    "dual_paraboloid",
+    "improved_paraboloid",
+    "spot",
+]
 MatrixFit: TypeAlias = Literal["receivers", "frustum"]
 Samples: TypeAlias = Literal["shadow", "boundary", "facing"]
 Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic", "uniform"]
@@ -46,6 +57,12 @@ class ShadowMethod:
     """What all methods share."""
 
     name: ClassVar[str]
+    lights: ClassVar[tuple[type[Light], ...]] = LIGHTS
+    """The kinds of light that the method is made for."""
+
+    def takes(self, light: Light) -> bool:
+        """Whether the method, with its parameters, is made for the light."""
+        return isinstance(light, self.lights)
 
     def parameters(self) -> dict[str, Any]:
         """Every parameter by name."""
@@ -251,10 +268,13 @@ class WarpMethod(ShadowMapMethod):
         0 at its top; finite, not negative.
     importance_resolution : int
         Cells along each side of the importance map.
-    fit : {"desired_view", "min_sm", "principal_axes", "lispsm", "scene_optimized"}
-        How the map is turned before it is warped: not at all, as `MinimalShadowMap`, or along the
-        principal axes of the receivers across the light; or the whole map of
-        `LightSpacePerspective` or `SceneOptimized`.
+    fit : str
+        The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`;
+        ``"min_sm"`` turns it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
+        axes of the receivers. ``"lispsm"`` and ``"scene_optimized"`` are the maps of
+        `LightSpacePerspective` and `SceneOptimized`; ``"cube"``, ``"dual_paraboloid"``,
+        ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
+        of its receivers.
 
     The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays.
     """
@@ -271,6 +291,10 @@ class WarpMethod(ShadowMapMethod):
     map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
     importance_resolution: int = 512
     fit: Fit = "desired_view"
+
+    def takes(self, light: Light) -> bool:
+        """Whether the method, with its parameters, is made for the light."""
+        return self.fit not in METHODS or METHODS[self.fit]().takes(light)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -758,6 +782,188 @@ class Cascades(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Cube(ShadowMapMethod):
+    """Six perspective maps around a light with a position: the faces of a cube.
+
+    A face takes the receivers of its pyramid; with ``x, y, z`` in its axes,
+
+    .. math:: u = r \\frac{x / z - u_0}{u_1 - u_0}, \\quad v = r \\frac{y / z - v_0}{v_1 - v_0}.
+
+    A face that no receiver falls in is not made, and is counted in ``stats["skipped_layers"]``.
+
+    Limits: up to six passes over the casters; a texel in a corner of a whole face covers a fifth of
+    the solid angle of one in its middle.
+
+    Parameters
+    ----------
+    cut : {"receivers", "face"}
+        Each face over the box of its receivers, or over the whole face.
+
+    The others are those of `ShadowMapMethod`; `resolution` is that of each face.
+
+    Raises
+    ------
+    ValueError
+        From `render`: a directional light.
+
+    References
+    ----------
+    J. Navrátil's doctoral thesis, section 3.3.1.
+
+    Examples
+    --------
+    >>> method_from("cube+notw") == NonOrthogonalWarp(fit="cube")
+    True
+    """
+
+    name: ClassVar[str] = "cube"
+    lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
+
+    cut: Literal["receivers", "face"] = "receivers"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("cut", self.cut, ("receivers", "face"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DualParaboloid(ShadowMapMethod):
+    """Two maps around a light with a position, as two paraboloids back to back reflect its rays.
+
+    With :math:`d = (x, y, z)` the unit vector to a point in the axes of one half,
+
+    .. math:: u = \\frac{x}{1 + z}, \\quad v = \\frac{y}{1 + z}
+
+    on the unit disc; depth is the distance. The first half looks along the light's axis, or down.
+    Rasterization is exact, so that a floor of two triangles needs no tessellation.
+
+    Limits: texels in the middle cover four times the solid angle of those at the rim; the corners
+    of a whole map lie outside the disc.
+
+    Parameters
+    ----------
+    cut : {"hemisphere", "receivers"}
+        Each map over its whole half of space, as published, or over the box of its receivers.
+
+    The others are those of `ShadowMapMethod`; `resolution` is that of each half.
+
+    Raises
+    ------
+    ValueError
+        From `render`: a directional light.
+
+    References
+    ----------
+    S. Brabec, T. Annen, H.-P. Seidel, "Shadow mapping for hemispherical and omnidirectional light
+    sources", CGI 2002; J. Navrátil's doctoral thesis, section 3.3.2.
+
+    Examples
+    --------
+    >>> DualParaboloid(cut="receivers").cut
+    'receivers'
+    """
+
+    name: ClassVar[str] = "dual_paraboloid"
+    lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
+
+    cut: Literal["hemisphere", "receivers"] = "hemisphere"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("cut", self.cut, ("hemisphere", "receivers"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImprovedParaboloid(ShadowMapMethod):
+    """One paraboloid that looks at what the camera sees, and is cut to it.
+
+    The view frustum is truncated to the depths of the receivers; :math:`D_j` lead from the light to
+    its eight corners. The paraboloid looks along their mean direction and reaches to the largest
+    angle between it and them,
+
+    .. math:: C = \\operatorname{norm} \\sum_j D_j, \\quad F = \\max_j \\angle (D_j, C)
+
+    (Eq. 1 and 2), by the zoom factor :math:`Z = \\sin F / (1 + \\cos F)` (section 3.3). A light at
+    infinity is the limit: a square around the corners across the light.
+
+    Limits: with the light inside the truncated frustum ``"frustum"`` is two whole paraboloids,
+    turned along the mean direction. The other cuts make one as long as the receivers leave a part
+    of space free, else two, each cut to the box of its receivers.
+
+    Parameters
+    ----------
+    cut : {"frustum", "cone", "receivers"}
+        To the frustum's corners, as published; to the square around the smallest cone of the
+        receivers themselves; to the box of the receivers in the plane of that cone.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    J. Vanek, J. Navrátil, A. Herout, P. Zemčík, "High-quality shadows with improved paraboloid
+    mapping", ISVC 2011.
+
+    Examples
+    --------
+    >>> ImprovedParaboloid().cut
+    'frustum'
+    """
+
+    name: ClassVar[str] = "improved_paraboloid"
+
+    cut: Literal["frustum", "cone", "receivers"] = "frustum"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("cut", self.cut, ("frustum", "cone", "receivers"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spot(ShadowMapMethod):
+    """One perspective map along the axis of a spot light.
+
+    With ``x, y, z`` in the light's axes, over the box of its receivers,
+
+    .. math:: u = r \\frac{x / z - u_0}{u_1 - u_0}, \\quad v = r \\frac{y / z - v_0}{v_1 - v_0}.
+
+    A cone wider than 69 degrees to each side, which a plane would stretch too much, is mapped as
+    one half of `DualParaboloid`.
+
+    Limits: texels are spread evenly over the plane, not over what the camera sees.
+
+    Parameters
+    ----------
+    cut : {"receivers", "cone"}
+        Over the box of the receivers, or over the whole cone.
+
+    The others are those of `ShadowMapMethod`.
+
+    Raises
+    ------
+    ValueError
+        From `render`: a light that is not a `SpotLight`.
+
+    References
+    ----------
+    L. Williams, "Casting curved shadows on curved surfaces", SIGGRAPH 1978.
+
+    Examples
+    --------
+    >>> method_from("spot+rtw") == RectilinearWarp(fit="spot")
+    True
+    """
+
+    name: ClassVar[str] = "spot"
+    lights: ClassVar[tuple[type[Light], ...]] = (SpotLight,)
+
+    cut: Literal["receivers", "cone"] = "receivers"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("cut", self.cut, ("receivers", "cone"))
+
+
+@dataclass(frozen=True, kw_only=True)
 class RayTraced(ShadowMethod):
     """A ray from every receiver towards the light, through a bounding volume hierarchy.
 
@@ -801,8 +1007,10 @@ MapMethod: TypeAlias = (
     | Cascades
     | RectilinearWarp
     | NonOrthogonalWarp
+    | ImprovedParaboloid
 )
-Method: TypeAlias = MapMethod | RayTraced
+OmnidirectionalMethod: TypeAlias = Cube | DualParaboloid | Spot
+Method: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced
 
 METHODS: Mapping[str, type[Method]] = MappingProxyType(
     {method.name: method for method in get_args(Method)}
@@ -812,7 +1020,12 @@ METHODS: Mapping[str, type[Method]] = MappingProxyType(
 MAP_METHODS: Mapping[str, type[MapMethod]] = MappingProxyType(
     {method.name: method for method in get_args(MapMethod)}
 )
-"""Those that look up a shadow map, by name."""
+"""Those that look up a shadow map of any light, by name."""
+
+OMNIDIRECTIONAL_METHODS: Mapping[str, type[OmnidirectionalMethod]] = MappingProxyType(
+    {method.name: method for method in get_args(OmnidirectionalMethod)}
+)
+"""Those that look up a shadow map of a light with a position, by name."""
 
 WARPS: Mapping[str, type[RectilinearWarp | NonOrthogonalWarp]] = MappingProxyType(
     {method.name: method for method in (RectilinearWarp, NonOrthogonalWarp)}

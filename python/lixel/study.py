@@ -263,6 +263,8 @@ def _cases(
             (lit_by or {"sun": DirectionalLight(SUN)}).items(),
             variants,
         ):
+            if not method.takes(light):
+                continue
             sized = camera if size is None else camera.resized(*size)
             identity = (
                 digest, repr(sized), repr(light), method.name,

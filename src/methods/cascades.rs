@@ -14,7 +14,7 @@
 //! cube around a point are not split.
 
 use super::central_fit::{cone_layer, cube_faces};
-use super::fit::fit_receivers;
+use super::fit::{Cut, cut_layers};
 use super::matrix_fit::SAMPLE_RESOLUTION;
 use super::parallel_fit::axes_at;
 use super::view::SampledReceivers;
@@ -97,7 +97,7 @@ impl ShadowMethod for Cascades {
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let depths = self.split_depths(view)?;
         let layers = slabs(view, &depths);
-        let fitted = fit_receivers(view, layers, self.map.resolution)?;
+        let fitted = cut_layers(view, layers, Cut::Receivers, self.map.resolution)?;
         view.shadows(&self.map, fitted.into_iter().map(Plan::from).collect())
     }
 }

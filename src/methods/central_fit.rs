@@ -2,6 +2,7 @@
 
 use super::parallel_fit::light_axes;
 use super::view::Fitted;
+use crate::camera::Camera;
 use crate::light::Cone;
 use crate::projection::{Kind, Projection};
 use crate::region::{HalfSpace, Region};
@@ -72,6 +73,18 @@ pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
         }
     });
     faces.collect()
+}
+
+/// Two paraboloids back to back, each with its half of space; the first looks along the axis.
+pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+    let halves = [axis, -axis].map(|forward| Fitted {
+        projection: axes_for_scene(Kind::Paraboloid, position, forward, scene),
+        region: Region::new(vec![HalfSpace {
+            origin: position,
+            normal: forward,
+        }]),
+    });
+    halves.to_vec()
 }
 
 /// One layer for a cone of light: perspective, or a paraboloid where it is wide.
@@ -149,6 +162,32 @@ fn sized(
     }
 }
 
+/// The eight corners of the view frustum between two depths along the viewing direction.
+pub fn frustum_corners(camera: &Camera, depths: (f64, f64)) -> [DVec3; 8] {
+    let image = Projection::from_camera(camera);
+    let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+    std::array::from_fn(|i| {
+        let right = f64::from(u8::from(i & 1 != 0));
+        let bottom = f64::from(u8::from(i & 2 != 0));
+        let depth = if i & 4 == 0 { depths.0 } else { depths.1 };
+        let (eye, ray) = image.ray_from_texel(size * DVec2::new(right, bottom));
+        eye + ray * depth
+    })
+}
+
+/// The axis of the smallest cone around directions, by walking towards the farthest one in shrinking steps
+/// (Bădoiu and Clarkson, "Smaller core-sets for balls", SODA 2003); none if they cancel.
+pub fn smallest_cone_axis(directions: &[DVec3]) -> Option<DVec3> {
+    let mut middle = directions.iter().sum::<DVec3>() / directions.len().max(1) as f64;
+    for step in 1..=200 {
+        let farthest = directions
+            .iter()
+            .max_by(|a, b| middle.distance(**a).total_cmp(&middle.distance(**b)))?;
+        middle += (*farthest - middle) / f64::from(step + 1);
+    }
+    (middle.length() > 1e-3).then(|| middle.normalize())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,7 +195,7 @@ mod tests {
     const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
 
     #[test]
-    fn faces_cover_every_direction_once_but_at_borders() {
+    fn faces_and_hemispheres_cover_every_direction_once_but_at_borders() {
         let position = DVec3::new(1.0, 2.0, 3.0);
         for direction in [
             DVec3::new(0.9, 0.3, -0.2),
@@ -165,14 +204,18 @@ mod tests {
             DVec3::new(0.3, -0.2, -0.4),
         ] {
             let point = position + direction;
-            let layers = cube_faces(position, SCENE);
-            let own: Vec<_> = layers
-                .iter()
-                .filter(|layer| layer.region.contains(point))
-                .collect();
-            assert_eq!(own.len(), 1);
-            let place = own[0].projection.texel_from_point(point);
-            assert!(place.truncate().abs().max_element() <= 1.0, "{place}");
+            for layers in [
+                cube_faces(position, SCENE),
+                hemispheres(position, DVec3::new(0.6, 0.0, 0.8), SCENE),
+            ] {
+                let own: Vec<_> = layers
+                    .iter()
+                    .filter(|layer| layer.region.contains(point))
+                    .collect();
+                assert_eq!(own.len(), 1);
+                let place = own[0].projection.texel_from_point(point);
+                assert!(place.truncate().abs().max_element() <= 1.0, "{place}");
+            }
         }
     }
 
@@ -192,6 +235,21 @@ mod tests {
                 assert!(there.z >= map.near && there.z <= map.far);
             }
         }
+    }
+
+    #[test]
+    fn the_smallest_cone_is_that_of_its_rim_wherever_the_rest_lies() {
+        let axis = DVec3::new(0.48, 0.6, -0.64);
+        let (x, y) = axis.any_orthonormal_pair();
+        let around = |angle: f64, turn: f64| {
+            axis * angle.cos() + (x * turn.cos() + y * turn.sin()) * angle.sin()
+        };
+        let mut directions: Vec<_> = (0..5).map(|i| around(0.7, f64::from(i) * 1.3)).collect();
+        directions.extend((0..100).map(|i| around(0.6, f64::from(i) * 1e-3)));
+        let found = smallest_cone_axis(&directions).unwrap();
+        assert!(found.dot(axis) > 0.9999, "{found}");
+        assert_eq!(smallest_cone_axis(&[]), None);
+        assert_eq!(smallest_cone_axis(&[DVec3::X, -DVec3::X]), None);
     }
 
     #[test]

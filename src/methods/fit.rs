@@ -1,10 +1,14 @@
 //! Fits of maps to the receivers: the step before a map or a warp.
 
-use super::central_fit::{self, cone_layer, cube_faces, plane_radius};
+use super::central_fit::{cone_layer, cube_faces, fit_box, fit_square, plane_radius};
+use super::cube::fit_cube;
+use super::dual_paraboloid::fit_dual_paraboloid;
+use super::improved_paraboloid::{self, fit_improved_paraboloid};
 use super::lispsm::LightSpacePerspective;
 use super::parallel_fit::{self, axes_at, projected_box};
 use super::parameters::Value;
 use super::scene_optimized::SceneOptimized;
+use super::spot::fit_spot;
 use super::view::{Fitted, View};
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
@@ -12,21 +16,43 @@ use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
 use crate::region::Region;
 use glam::{DMat2, DVec2, DVec3};
+use std::f64::consts::SQRT_2;
 
-/// How a map is turned around the light's direction, before its sides are fitted to the receivers; or
-/// the method that makes all of it.
+/// Which maps there are, before their sides are fitted to the receivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
-    /// The world's Y is up in the map.
+    /// The light's own: one map for parallel rays or a cone, faces of a cube for a point. The world's Y
+    /// is up in the map.
     DesiredView,
-    /// As the smallest rectangle around the receivers.
+    /// The same, turned as the smallest rectangle around the receivers.
     MinSm,
-    /// Along the principal axes of the receivers.
+    /// The same, turned along the principal axes of the receivers.
     PrincipalAxes,
     /// With the perspective of `lispsm`.
     LightSpacePerspective,
     /// With the light matrix of `scene_optimized`.
     SceneOptimized,
+    /// Six faces of a cube around the light.
+    Cube,
+    /// Two paraboloids back to back.
+    DualParaboloid,
+    /// A paraboloid that looks at the receivers.
+    ImprovedParaboloid,
+    /// One map along the axis of a spot light.
+    Spot,
+}
+
+/// What a layer of an omnidirectional map is cut to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cut {
+    /// All that the layer is for.
+    Whole,
+    /// The box of its receivers.
+    Receivers,
+}
+
+impl Cut {
+    pub const NAME: &'static str = "cut";
 }
 
 impl Fit {
@@ -38,45 +64,65 @@ impl Fit {
         ("principal_axes", Self::PrincipalAxes),
         ("lispsm", Self::LightSpacePerspective),
         ("scene_optimized", Self::SceneOptimized),
+        ("cube", Self::Cube),
+        ("dual_paraboloid", Self::DualParaboloid),
+        ("improved_paraboloid", Self::ImprovedParaboloid),
+        ("spot", Self::Spot),
     ];
 
     pub fn default_value() -> Value {
         Value::Text("desired_view".to_string())
     }
 
-    /// The maps around the receivers that face the light: one for parallel rays or a cone, up to six
-    /// faces of a cube for a point. A layer without receivers is left out. Submits what was recorded so
-    /// far.
+    /// The maps around the receivers that face the light. A layer without receivers is left out. Submits
+    /// what was recorded so far.
     pub fn fit(self, view: &mut View, resolution: u32) -> Result<Vec<Fitted>> {
-        match self {
-            Self::DesiredView | Self::MinSm | Self::PrincipalAxes => {}
+        let points = match self {
             Self::LightSpacePerspective => return LightSpacePerspective::new(resolution).fit(view),
             Self::SceneOptimized => return SceneOptimized::new(resolution).fit(view),
-        }
+            Self::Cube => return fit_cube(view, Cut::Receivers, resolution),
+            Self::DualParaboloid => return fit_dual_paraboloid(view, Cut::Receivers, resolution),
+            Self::ImprovedParaboloid => {
+                return fit_improved_paraboloid(
+                    view,
+                    improved_paraboloid::Cut::Receivers,
+                    resolution,
+                );
+            }
+            Self::Spot => return fit_spot(view, Cut::Receivers, resolution),
+            Self::DesiredView => None,
+            Self::MinSm => Some(Points::Extremes),
+            Self::PrincipalAxes => Some(Points::Samples),
+        };
         let scene = view.scene.bounds();
         let mut layers = match (view.light.position(), view.light.cone()) {
             (None, _) => vec![parallel_layer(view)],
             (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
             (Some(position), None) => cube_faces(position, scene),
         };
-        for layer in &mut layers {
-            let turn = match self {
-                Self::DesiredView | Self::LightSpacePerspective | Self::SceneOptimized => continue,
-                Self::MinSm => {
-                    let points = view.outline(layer, Points::Extremes)?;
-                    smallest_rectangle(&points).map_or(DVec2::X, |rectangle| rectangle.axis)
-                }
-                Self::PrincipalAxes => principal_axis(&view.outline(layer, Points::Samples)?),
-            };
-            // Less than a quarter of a turn, so that no map lies on its side or its head without a need.
-            let turn = quarter_turned(turn);
-            let axes = &mut layer.projection;
-            let (right, down) = (axes.x_axis, axes.y_axis);
-            axes.x_axis = right * turn.x + down * turn.y;
-            axes.y_axis = down * turn.x - right * turn.y;
+        if let Some(points) = points {
+            for layer in &mut layers {
+                turn(view, layer, points)?;
+            }
         }
-        fit_receivers(view, layers, resolution)
+        cut_layers(view, layers, Cut::Receivers, resolution)
     }
+}
+
+/// Turns a layer's axes as its receivers lie.
+fn turn(view: &mut View, layer: &mut Fitted, points: Points) -> Result<()> {
+    let found = view.outline(layer, points)?;
+    let direction = match points {
+        Points::Extremes => smallest_rectangle(&found).map_or(DVec2::X, |r| r.axis),
+        Points::Samples => principal_axis(&found),
+    };
+    // Less than a quarter of a turn, so that no map lies on its side or its head without a need.
+    let direction = quarter_turned(direction);
+    let axes = &mut layer.projection;
+    let (right, down) = (axes.x_axis, axes.y_axis);
+    axes.x_axis = right * direction.x + down * direction.y;
+    axes.y_axis = down * direction.x - right * direction.y;
+    Ok(())
 }
 
 /// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
@@ -88,9 +134,14 @@ fn parallel_layer(view: &View) -> Fitted {
     }
 }
 
-/// Each layer, given by its axes, cut to the box of its receivers; those without any are left out.
-/// Submits what was recorded so far.
-pub fn fit_receivers(view: &mut View, layers: Vec<Fitted>, resolution: u32) -> Result<Vec<Fitted>> {
+/// Each layer, given by its axes, as a map; those without receivers are left out. Submits what was
+/// recorded so far.
+pub fn cut_layers(
+    view: &mut View,
+    layers: Vec<Fitted>,
+    cut: Cut,
+    resolution: u32,
+) -> Result<Vec<Fitted>> {
     let boxes = view.receiver_bounds(&layers)?;
     let mut fitted = Vec::new();
     for (layer, corners) in layers.into_iter().zip(boxes) {
@@ -102,7 +153,7 @@ pub fn fit_receivers(view: &mut View, layers: Vec<Fitted>, resolution: u32) -> R
         let projection = match projection.kind {
             Kind::Parallel => parallel_box(view, &projection, corners, resolution),
             Kind::Perspective | Kind::Paraboloid => {
-                central_box(view, &projection, &region, corners, resolution)
+                central_map(view, &projection, &region, corners, cut, resolution)
             }
         };
         fitted.push(Fitted { projection, region });
@@ -123,21 +174,29 @@ fn parallel_box(
     parallel_fit::fit_box(axes, corners, casters.0.z, resolution, rounding)
 }
 
-fn central_box(
+fn central_map(
     view: &View,
     axes: &Projection,
     region: &Region,
     corners: (DVec3, DVec3),
+    cut: Cut,
     resolution: u32,
 ) -> Projection {
-    // No receiver of a pyramid or of half of space leaves the unit square of its plane, turned or not.
+    // The unit square of the plane holds a pyramid or half of space.
     let widest = match view.light.cone() {
         Some(cone) if region.is_everywhere() => plane_radius(axes.kind, cone.cosine.acos()),
-        _ => std::f64::consts::SQRT_2,
+        _ => 1.0,
     };
     let distances = (view.camera.eye - axes.origin).length() + corners.1.z;
     let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
-    central_fit::fit_box(axes, corners, 1.001 * widest, resolution, rounding)
+    match cut {
+        Cut::Whole => {
+            let far = (corners.1.z + rounding).min(axes.far);
+            fit_square(axes, 1.001 * widest, far, resolution)
+        }
+        // The square may be turned.
+        Cut::Receivers => fit_box(axes, corners, 1.001 * SQRT_2 * widest, resolution, rounding),
+    }
 }
 
 /// The direction turned by the quarters that bring it nearest to x.

@@ -5,10 +5,13 @@
 
 mod cascades;
 mod central_fit;
+mod cube;
 mod desired_view;
+mod dual_paraboloid;
 mod fit;
 mod focused;
 mod importance;
+mod improved_paraboloid;
 mod lispsm;
 mod matrix_fit;
 mod min_sm;
@@ -20,6 +23,7 @@ mod psm;
 mod ray_traced;
 mod rtw;
 mod scene_optimized;
+mod spot;
 mod uniform;
 mod view;
 
@@ -105,6 +109,10 @@ methods! {
     Cascades = cascades::Cascades,
     RectilinearWarp = rtw::RectilinearWarp,
     NonOrthogonalWarp = notw::NonOrthogonalWarp,
+    ImprovedParaboloid = improved_paraboloid::ImprovedParaboloid,
+    Cube = cube::Cube,
+    DualParaboloid = dual_paraboloid::DualParaboloid,
+    Spot = spot::Spot,
     RayTraced = ray_traced::RayTraced,
 }
 

@@ -2,7 +2,7 @@
 
 use super::parameters::{MapParameters, position_rounding};
 use crate::camera::Camera;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::frame::{Frame, Read, ReadResults, Source};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
@@ -145,6 +145,16 @@ impl<'a> View<'a> {
             measures: Vec::new(),
             everywhere: Region::everywhere(),
         }
+    }
+
+    /// The light's position; an error where it is at infinity, which the method is not made for.
+    pub fn light_position(&self, method: &str) -> Result<DVec3> {
+        self.light.position().ok_or_else(|| {
+            Error::Value(format!(
+                "method {method:?} needs a light with a position, got a {} light",
+                self.light.kind()
+            ))
+        })
     }
 
     /// The boxes around the receivers of each layer that face the light: least and greatest corner, (x, y)

@@ -1,0 +1,55 @@
+//! Cube shadow maps: six perspective maps around a point light.
+//!
+//! A face that no receiver falls in is not made, and each of the others is fitted to its own receivers.
+//!
+//! Chris Brennan's and NVIDIA's cube shadow maps, as in Navrátil's thesis, section 3.3.1.
+//!
+//! Parameters: those of every map, for each face, and `cut`: `receivers` or `face`.
+//!
+//! Limits: up to six passes over the casters; texels at the corners of a face cover a fifth of the solid
+//! angle of those in its middle.
+
+use super::central_fit::cube_faces;
+use super::fit::{Cut, cut_layers};
+use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use crate::error::Result;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cube {
+    pub map: MapParameters,
+    pub cut: Cut,
+}
+
+impl ShadowMethod for Cube {
+    const NAME: &'static str = "cube";
+    const TITLE: &'static str = "Cube shadow maps";
+    const CITATION: &'static str = "Navrátil, J. 2015. Real-time shadows from omnidirectional \
+         light sources. Doctoral thesis, Brno University of Technology, section 3.3.1.";
+
+    fn defaults() -> Vec<(&'static str, Value)> {
+        let mut defaults = MapParameters::defaults();
+        defaults.push((Cut::NAME, Value::Text("receivers".to_string())));
+        defaults
+    }
+
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters)?;
+        let cut = parameters.take_choice(
+            Cut::NAME,
+            &[("receivers", Cut::Receivers), ("face", Cut::Whole)],
+        )?;
+        Ok(Self { map, cut })
+    }
+
+    fn record(&self, view: &mut View) -> Result<Recorded> {
+        let layers = fit_cube(view, self.cut, self.map.resolution)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+    }
+}
+
+/// The faces that receivers fall in. Submits what was recorded so far.
+pub fn fit_cube(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+    let position = view.light_position(Cube::NAME)?;
+    let faces = cube_faces(position, view.scene.bounds());
+    cut_layers(view, faces, cut, resolution)
+}

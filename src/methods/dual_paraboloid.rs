@@ -1,0 +1,59 @@
+//! Dual-paraboloid shadow maps: two maps around a point light, back to back.
+//!
+//! Each holds the half of space that a paraboloid reflects. Rasterization is exact, so that triangles need no
+//! tessellation.
+//!
+//! Stefan Brabec, Thomas Annen, Hans-Peter Seidel. Shadow mapping for hemispherical and omnidirectional
+//! light sources. Computer Graphics International, 2002; Navrátil's thesis, section 3.3.2.
+//!
+//! Parameters: those of every map, for each half, and `cut`: `hemisphere` or `receivers`.
+//!
+//! Limits: the texels in the middle cover four times the solid angle of those at the rim.
+
+use super::central_fit::hemispheres;
+use super::fit::{Cut, cut_layers};
+use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use crate::error::Result;
+use glam::DVec3;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct DualParaboloid {
+    pub map: MapParameters,
+    pub cut: Cut,
+}
+
+impl ShadowMethod for DualParaboloid {
+    const NAME: &'static str = "dual_paraboloid";
+    const TITLE: &'static str = "Dual-paraboloid shadow maps";
+    const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Shadow \
+         mapping for hemispherical and omnidirectional light sources. Computer Graphics International.";
+
+    fn defaults() -> Vec<(&'static str, Value)> {
+        let mut defaults = MapParameters::defaults();
+        defaults.push((Cut::NAME, Value::Text("hemisphere".to_string())));
+        defaults
+    }
+
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters)?;
+        let cut = parameters.take_choice(
+            Cut::NAME,
+            &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)],
+        )?;
+        Ok(Self { map, cut })
+    }
+
+    fn record(&self, view: &mut View) -> Result<Recorded> {
+        let layers = fit_dual_paraboloid(view, self.cut, self.map.resolution)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+    }
+}
+
+/// The halves that receivers fall in; the first one looks along the light's axis, or down where it has none.
+/// Submits what was recorded so far.
+pub fn fit_dual_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+    let position = view.light_position(DualParaboloid::NAME)?;
+    let axis = view.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
+    let halves = hemispheres(position, axis, view.scene.bounds());
+    cut_layers(view, halves, cut, resolution)
+}

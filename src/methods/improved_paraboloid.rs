@@ -1,0 +1,215 @@
+//! Improved paraboloid shadow maps: a paraboloid that looks at what the camera sees, and is cut to it.
+//!
+//! The view frustum is truncated to the depths of the receivers. A cone from the light holds its eight corners;
+//! the paraboloid is turned along the cone's axis and zoomed to its angle, so that one map does where dual
+//! paraboloids need two.
+//!
+//! Juraj Vanek, Jan Navrátil, Adam Herout, Pavel Zemčík. High-quality shadows with improved paraboloid
+//! mapping. ISVC 2011, sections 3.1-3.3, Eq. 1-2. The text's maximum of dot products in Eq. 2 is meant as
+//! the largest angle. Rasterization is exact here, with no tessellation.
+//!
+//! Parameters: those of every map, and `cut`: `frustum`, the paper's; `cone`, the square around the
+//! smallest cone of the receivers themselves; `receivers`, their box in the plane of that cone. The last
+//! two go past the paper, and cut also where the light is inside the frustum, its future work.
+//!
+//! Limits: with the light inside the truncated frustum `frustum` falls back to two whole paraboloids, turned
+//! along the mean direction; so do the others, each half cut to its receivers, where these are all around.
+
+use super::central_fit::{
+    axes_for_scene, fit_box, fit_square, frustum_corners, hemispheres, smallest_cone_axis,
+};
+use super::fit::{self, cut_layers};
+use super::parallel_fit::{self, axes_at, bounds_of, projected_box};
+use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use crate::error::Result;
+use crate::passes::outline::Points;
+use crate::projection::{Kind, Projection};
+use crate::region::Region;
+use glam::DVec3;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImprovedParaboloid {
+    pub map: MapParameters,
+    pub cut: Cut,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cut {
+    Frustum,
+    Cone,
+    Receivers,
+}
+
+/// A single paraboloid reaches this far from its axis, in its plane: 113 degrees. Beyond, two have smaller
+/// texels.
+const WIDEST: f64 = 1.5;
+
+impl ShadowMethod for ImprovedParaboloid {
+    const NAME: &'static str = "improved_paraboloid";
+    const TITLE: &'static str = "Improved paraboloid shadow maps";
+    const CITATION: &'static str = "Vanek, J., Navrátil, J., Herout, A., and Zemčík, P. 2011. \
+         High-quality shadows with improved paraboloid mapping. ISVC.";
+
+    fn defaults() -> Vec<(&'static str, Value)> {
+        let mut defaults = MapParameters::defaults();
+        defaults.push((fit::Cut::NAME, Value::Text("frustum".to_string())));
+        defaults
+    }
+
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters)?;
+        let cut = parameters.take_choice(
+            fit::Cut::NAME,
+            &[
+                ("frustum", Cut::Frustum),
+                ("cone", Cut::Cone),
+                ("receivers", Cut::Receivers),
+            ],
+        )?;
+        Ok(Self { map, cut })
+    }
+
+    fn record(&self, view: &mut View) -> Result<Recorded> {
+        let layers = fit_improved_paraboloid(view, self.cut, self.map.resolution)?;
+        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+    }
+}
+
+/// One paraboloid, or two where the light is among the receivers; parallel rays are a paraboloid's limit
+/// at infinity (Fig. 7). Submits what was recorded so far.
+pub fn fit_improved_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+    match (view.light.position(), cut) {
+        (Some(light), Cut::Frustum) => fit_frustum(view, light, resolution),
+        (Some(light), Cut::Cone | Cut::Receivers) => fit_cone(view, light, cut, resolution),
+        (None, Cut::Frustum) => fit_distant_frustum(view, resolution),
+        (None, Cut::Cone | Cut::Receivers) => {
+            let direction = -view.light.vector_from_point(view.camera.eye);
+            let layer = everywhere(axes_at(view.camera.eye, direction));
+            cut_layers(view, vec![layer], fit::Cut::Receivers, resolution)
+        }
+    }
+}
+
+fn everywhere(projection: Projection) -> Fitted {
+    Fitted {
+        projection,
+        region: Region::everywhere(),
+    }
+}
+
+/// Least and greatest depth of the receivers along the viewing direction.
+fn depth_range(view: &mut View) -> Result<Option<(f64, f64)>> {
+    let camera = view.camera;
+    let layer = everywhere(Projection {
+        x_axis: camera.right,
+        y_axis: -camera.up,
+        ..axes_at(camera.eye, camera.forward)
+    });
+    let boxes = view.receiver_bounds(&[layer])?;
+    Ok(boxes[0].map(|(low, high)| (low.z, high.z)))
+}
+
+/// Section 3.2: the light cone of the truncated view frustum.
+fn fit_frustum(view: &mut View, light: DVec3, resolution: u32) -> Result<Vec<Fitted>> {
+    let Some(depths) = depth_range(view)? else {
+        return Ok(vec![]);
+    };
+    let scene = view.scene.bounds();
+    let (axis, border_points) = light_cone(view, light, depths);
+    // Eq. 2.
+    let angles = border_points.map(|point| axis.angle_between(point));
+    let field_of_view = angles.into_iter().fold(0.0, f64::max);
+    // Section 3.3: the zoom factor is where the mapping takes the edge of the cone.
+    let zoom = (0.5 * field_of_view).tan();
+    if is_in_frustum(view, light, depths) || zoom > WIDEST {
+        let halves = hemispheres(light, axis, scene);
+        return cut_layers(view, halves, fit::Cut::Whole, resolution);
+    }
+    let farthest = border_points.map(DVec3::length);
+    let far = farthest.into_iter().fold(0.0, f64::max) * (1.0 + 1e-6);
+    let axes = axes_for_scene(Kind::Paraboloid, light, axis, scene);
+    let projection = fit_square(&axes, 1.001 * zoom, far.min(axes.far), resolution);
+    Ok(vec![everywhere(projection)])
+}
+
+/// Axis of the light cone (Eq. 1), and the vectors from the light to the frustum's border points.
+fn light_cone(view: &View, light: DVec3, depths: (f64, f64)) -> (DVec3, [DVec3; 8]) {
+    let border_points = frustum_corners(view.camera, depths).map(|point| point - light);
+    // The sum of the vectors as they are: of unit vectors it is mostly wider.
+    let sum: DVec3 = border_points.into_iter().sum();
+    let axis = sum.try_normalize().unwrap_or(view.camera.forward);
+    (axis, border_points)
+}
+
+fn is_in_frustum(view: &View, point: DVec3, (near, far): (f64, f64)) -> bool {
+    let image = Projection::from_camera(view.camera);
+    let depth = image.projected_from_point(point).z;
+    let pixel = image.texel_from_point(point);
+    depth >= near
+        && depth <= far
+        && (0.0..=f64::from(view.camera.width)).contains(&pixel.x)
+        && (0.0..=f64::from(view.camera.height)).contains(&pixel.y)
+}
+
+/// The cone around the receivers themselves.
+fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+    let scene = view.scene.bounds();
+    // Directions to the outermost receivers, from a first paraboloid along the view.
+    let first = axes_for_scene(Kind::Paraboloid, light, view.camera.forward, scene);
+    let layer = everywhere(first);
+    let places = view.outline(&layer, Points::Extremes)?;
+    let rays = places
+        .into_iter()
+        .map(|place| layer.projection.ray_from_texel(place).1);
+    let directions: Vec<_> = rays.collect();
+    let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
+    let layer = everywhere(axes_for_scene(Kind::Paraboloid, light, axis, scene));
+    let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
+        return Ok(vec![]);
+    };
+    let axes = layer.projection;
+    let outermost = corners.0.truncate().abs().max(corners.1.truncate().abs());
+    let widest = outermost.max_element();
+    if widest > WIDEST {
+        // No cone holds them; the paper's direction is as good as any.
+        let Some(depths) = depth_range(view)? else {
+            return Ok(vec![]);
+        };
+        let (axis, _) = light_cone(view, light, depths);
+        let halves = hemispheres(light, axis, scene);
+        return cut_layers(view, halves, fit::Cut::Receivers, resolution);
+    }
+    let distances = (view.camera.eye - light).length() + corners.1.z;
+    let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
+    let far = (corners.1.z + rounding).min(axes.far);
+    let projection = match cut {
+        Cut::Frustum | Cut::Cone => {
+            let room = (rounding / corners.0.z.max(axes.near)).clamp(1e-7, 1e-3);
+            fit_square(&axes, widest + room, far, resolution)
+        }
+        Cut::Receivers => fit_box(&axes, corners, WIDEST, resolution, rounding),
+    };
+    Ok(vec![everywhere(projection)])
+}
+
+/// `fit_frustum` with the light at infinity: its cone becomes a cylinder, its paraboloid a plane.
+fn fit_distant_frustum(view: &mut View, resolution: u32) -> Result<Vec<Fitted>> {
+    let Some(depths) = depth_range(view)? else {
+        return Ok(vec![]);
+    };
+    let direction = -view.light.vector_from_point(view.camera.eye);
+    let axes = axes_at(view.camera.eye, direction);
+    let border_points = frustum_corners(view.camera, depths);
+    let points = border_points.map(|point| axes.projected_from_point(point));
+    let middle = points.into_iter().sum::<DVec3>() / 8.0;
+    let distances = points.map(|point| point.truncate().distance(middle.truncate()));
+    let radius = distances.into_iter().fold(0.0, f64::max);
+    let (low, high) = bounds_of(points.into_iter());
+    let around =
+        |z: f64, side: f64| DVec3::new(middle.x + side * radius, middle.y + side * radius, z);
+    let corners = (around(low.z, -1.0), around(high.z, 1.0));
+    let casters = projected_box(&axes, view.scene.bounds());
+    let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
+    let projection = parallel_fit::fit_box(&axes, corners, casters.0.z, resolution, rounding);
+    Ok(vec![everywhere(projection)])
+}

@@ -1,0 +1,186 @@
+"""Lights with a position, and the maps around them: cube, paraboloids, spot."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from views import soup
+
+import lixel as lx
+
+IMAGE = {"width": 240, "height": 160}
+METHODS = [
+    lx.Cube(),
+    lx.Cube(cut="face"),
+    lx.DualParaboloid(),
+    lx.DualParaboloid(cut="receivers"),
+    lx.ImprovedParaboloid(),
+    lx.ImprovedParaboloid(cut="cone"),
+    lx.ImprovedParaboloid(cut="receivers"),
+    lx.RectilinearWarp(fit="cube"),
+    lx.NonOrthogonalWarp(fit="dual_paraboloid"),
+    lx.Uniform(),
+    lx.DesiredView(),
+]
+
+
+def name_of(method: lx.Method) -> str:
+    parameters = method.parameters()
+    return "-".join(filter(None, (method.name, parameters.get("cut"), parameters.get("fit"))))
+
+
+def wrong(scene, camera, light, method) -> lx.Comparison:
+    truth = lx.reference(scene, camera, light)
+    return lx.compare(lx.render(scene, camera, light, method), truth)
+
+
+def floor_and_box() -> lx.Scene:
+    """A floor of two huge triangles, and a box above it."""
+    floor = np.array([(-50, 0, -50), (50, 0, -50), (50, 0, 50), (-50, 0, 50)], dtype=float)
+    sides = np.array([(-0.6, 0.5, -0.6), (0.6, 1.7, 0.6)])
+    corners = np.array([[sides[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [(a, b, c) for a, b, c, _ in quads] + [(a, c, d) for a, _, c, d in quads]
+    return lx.Scene(
+        np.concatenate([floor, corners]),
+        np.concatenate([[(0, 2, 1), (0, 3, 2)], np.array(faces) + 4]),
+    )
+
+
+@pytest.mark.parametrize("method", METHODS, ids=name_of)
+@pytest.mark.parametrize("lamp", [(1.7, 3.1, 2.3), (-4.1, 2.7, 1.3)])
+def test_a_floor_of_two_triangles_needs_no_tessellation(method, lamp):
+    scene = floor_and_box()
+    camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
+    truth = lx.reference(scene, camera, lx.PointLight(lamp))
+    assert (truth.visibility == 0).sum() > 300
+    result = wrong(scene, camera, lx.PointLight(lamp), method)
+    assert result.misclassified_count < 0.001 * result.covered_count
+
+
+@pytest.mark.parametrize("method", METHODS, ids=name_of)
+@pytest.mark.parametrize("seed", range(3))
+def test_triangles_all_around_the_light(method, seed):
+    """They cross layers, pass behind the light and reach over a paraboloid's rim."""
+    scene = soup(seed)
+    lamp = np.random.default_rng(seed).uniform(-0.4, 0.4, 3)
+    camera = lx.Camera.look_at((1.5, 1.1, 2.5), (0, 0, 0), yfov=0.9, **IMAGE)
+    triangle = dataclasses.replace(method, lookup="triangle")
+    result = wrong(scene, camera, lx.PointLight(lamp), triangle)
+    assert result.false_shadow_count == 0
+    assert result.false_lit_count < 0.02 * result.covered_count
+    result = wrong(scene, camera, lx.PointLight(lamp), method)
+    assert result.misclassified_count < 0.02 * result.covered_count
+
+
+@pytest.mark.parametrize("outer", [0.3, 1.0, 1.3, np.pi / 2])
+@pytest.mark.parametrize("cut", ["receivers", "cone"])
+def test_spots_of_every_width(outer, cut):
+    scene = lx.scenes.plane_and_box()
+    camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
+    light = lx.SpotLight((1.7, 3.1, 2.3), (-0.5, -1, -0.6), outer)
+    for method in (lx.Spot(cut=cut), "ray_traced", "spot+rtw"):
+        result = wrong(scene, camera, light, method)
+        assert result.misclassified_count < 0.001 * result.covered_count
+    visibility = lx.render_shadows(scene, camera, light, lx.Spot(cut=cut))
+    truth = lx.reference(scene, camera, light)
+    outside = (truth.triangle_id >= 0) & ~light.reaches(truth.position) & ~truth.tie
+    assert (visibility[outside] == 0).all()
+
+
+def test_a_hemisphere_lights_its_side():
+    scene = lx.scenes.plane_and_box()
+    camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
+    light = lx.HemisphereLight((0.3, 2.1, 0.2), (1, -0.1, 0.3))
+    for method in ("dual_paraboloid", "improved_paraboloid", "cube", "desired_view", "ray_traced"):
+        result = wrong(scene, camera, light, method)
+        assert result.misclassified_count < 0.001 * result.covered_count, method
+    # The back paraboloid has nothing to hold.
+    assert lx.render(scene, camera, light, "dual_paraboloid").stats["layers"] == 1
+
+
+def test_layers_that_no_receiver_needs_are_not_made():
+    scene = lx.scenes.plane_and_box()
+    camera = lx.Camera.look_at((0, 2, 6), (0, 0, 0), yfov=0.7, **IMAGE)
+    behind = lx.PointLight((0.2, 4.0, 11.0))
+    for cut in ("frustum", "cone", "receivers"):
+        frame = lx.render(scene, camera, behind, lx.ImprovedParaboloid(cut=cut))
+        assert frame.stats["layers"] == 1
+    frame = lx.render(scene, camera, behind, "cube")
+    layers, skipped = frame.stats["layers"], frame.stats["skipped_layers"]
+    assert layers + skipped == 6
+    assert layers <= 2
+    assert frame.shadow_map.shape == (layers, 1024, 1024)
+    assert frame.light_matrix.shape == (layers, 4, 4)
+    frame = lx.render(scene, camera, behind, "cube+notw")
+    assert len(frame.importance_map) == len(frame.warp_map) == frame.stats["layers"]
+
+
+@pytest.mark.parametrize(
+    "method", ["cube", "dual_paraboloid", "improved_paraboloid", "cube+notw", "ray_traced"]
+)
+@pytest.mark.parametrize("place", ["on a surface", "on a vertex", "at the eye", "far away"])
+def test_a_light_in_an_awkward_place_is_right_or_a_tie(method, place):
+    scene = lx.scenes.plane_and_box()
+    eye = np.array((4.0, 5.0, 7.0))
+    camera = lx.Camera.look_at(eye, (0, 0.3, 0), yfov=0.9, **IMAGE)
+    lamp = {
+        "on a surface": (0.9, 0.0, 0.8),
+        "on a vertex": scene.vertices[scene.vertices[:, 1].argmax()],
+        "at the eye": eye,
+        "far away": (3e6, 9e6, 2e6),
+    }[place]
+    light = lx.PointLight(lamp)
+    visibility = lx.render_shadows(scene, camera, light, method)
+    assert set(np.unique(visibility[~np.isnan(visibility)])) <= {0.0, 1.0}
+    result = wrong(scene, camera, light, method)
+    assert result.misclassified_count < 0.003 * result.covered_count
+
+
+def test_methods_refuse_lights_that_they_are_not_made_for():
+    scene = lx.scenes.plane_and_box()
+    camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
+    sun, lamp = lx.DirectionalLight((0, -1, 0)), lx.PointLight((0, 3, 0))
+    for method in ("cube", "dual_paraboloid", "cube+rtw"):
+        assert not lx.method_from(method).takes(sun)
+        with pytest.raises(ValueError, match="needs a light with a position, got a directional"):
+            lx.render_shadows(scene, camera, sun, method)
+    for light in (sun, lamp):
+        assert not lx.Spot().takes(light)
+        with pytest.raises(ValueError, match="needs a spot light, got a"):
+            lx.render_shadows(scene, camera, light, "spot")
+    with pytest.raises(ValueError, match="cut must be one of 'receivers', 'face', got 'cone'"):
+        lx.Cube(cut="cone")
+
+
+def test_parallel_rays_are_the_limit_of_a_distant_light():
+    scene = lx.scenes.colonnade(columns=4, detail=12)
+    camera = scene.cameras["default"].resized(**IMAGE)
+    direction = scene.lights["default"].direction
+    far = lx.PointLight(np.mean(scene.bounds, axis=0) - 1e4 * direction)
+    near_limit = lx.render(scene, camera, far, "improved_paraboloid")
+    limit = lx.render(scene, camera, scene.lights["default"], "improved_paraboloid")
+    assert near_limit.stats["layers"] == limit.stats["layers"] == 1
+    differ = (near_limit.visibility != limit.visibility) & ~np.isnan(limit.visibility)
+    assert differ.mean() < 0.02
+
+
+def test_the_cube_knows_its_aliasing_error():
+    """Against the width of a texel and of a pixel by hand."""
+    scene = lx.scenes.plane_and_box()
+    camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
+    light = lx.PointLight((1.7, 3.1, 2.3))
+    frame = lx.render(scene, camera, light, lx.Uniform(resolution=64))
+    # A face of 64 texels over a right angle: at the lamp's foot a texel is 2 / 64 of its height.
+    points = frame.position
+    foot = np.linalg.norm(points - np.array((1.7, 0, 2.3)), axis=-1)
+    place = np.unravel_index(np.nanargmin(foot), foot.shape)
+    assert frame.facing[place]
+    to_eye = camera.eye - points[place]
+    distance, depth = np.linalg.norm(to_eye), frame.depth[place]
+    # The area of a pixel's beam is depth² / focal² across the view, less across the ray.
+    pixel = depth / camera.focal[0] * np.sqrt(depth / distance)
+    expected = 2 / 64 * 3.1 / pixel * to_eye[1] / distance
+    assert frame.aliasing_error[place] == pytest.approx(expected, rel=0.02)
