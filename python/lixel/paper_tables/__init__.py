@@ -1,0 +1,1 @@
+"""Tables of papers whose experiment is more than frames of a few methods, a module each."""
