@@ -151,7 +151,7 @@ def measurements(name: str) -> list[str]:
         parts += [
             f"## Measured on {first.device}",
             f"{first.width} x {first.height} pixels, {first.date}, driver {first.driver}, by "
-            f"`{first.command}`.",
+            f"`{first.command}`. {getattr(first, 'note', '')}",
             "\n".join(lines),
         ]
     return parts

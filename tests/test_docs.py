@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import lixel as lx
@@ -31,6 +32,16 @@ def test_examples_run(path, tmp_path):
         [sys.executable, *command], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+@pytest.mark.parametrize("path", sorted((DOCS / "results").glob("*.csv")), ids=lambda p: p.stem)
+def test_results_name_device_date_and_command(path):
+    table = pd.read_csv(path)
+    assert (
+        table[["device", "driver", "date", "command", "gpu_ms", "repeats"]].notna().all(axis=None)
+    )
+    assert table["command"].str.startswith("lixel bench ").all()
+    assert set(table["method"]) <= set(lx.METHODS)
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):
