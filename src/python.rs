@@ -551,7 +551,10 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         result.set_item(label, pass)?;
     }
     for (label, facts) in &stats.facts {
-        let pass = PyDict::new(py);
+        let pass = match result.get_item(label)? {
+            Some(pass) => pass.cast_into()?,
+            None => PyDict::new(py),
+        };
         for (name, value) in facts {
             pass.set_item(name, value)?;
         }

@@ -9,7 +9,7 @@ from views import cameras, small, soup
 import lixel as lx
 from lixel.scenes import GENERATORS
 
-EXACT = ("ray_traced",)
+EXACT = ("ray_traced", "exact")
 
 SIZE = {"width": 160, "height": 90}
 
@@ -32,6 +32,51 @@ def test_no_pixel_is_wrong(method, name):
     for light in suns(scene):
         for label, camera in cameras(scene):
             assert wrong(method, scene, camera, light) == 0, (label, light)
+
+
+def lamps(scene: lx.Scene) -> list[lx.Light]:
+    """Inside and above the scene: to all sides, in a narrow and a wide cone, to half of space."""
+    low, high = scene.bounds
+    inside = low + (high - low) * [0.45, 0.6, 0.55]
+    above = low + (high - low) * [0.3, 1.5, 0.7]
+    return [
+        lx.PointLight(inside),
+        lx.PointLight(above),
+        lx.SpotLight(above, (0.2, -1.0, -0.3), outer=0.6),
+        lx.SpotLight(inside, (0.3, -1.0, 0.1), outer=1.4),
+        lx.HemisphereLight(inside, (0.1, -1.0, 0.2)),
+    ]
+
+
+@pytest.mark.parametrize("name", GENERATORS)
+@pytest.mark.parametrize("method", EXACT)
+def test_no_pixel_is_wrong_near_a_lamp(method, name):
+    scene = small(name)
+    for light in lamps(scene):
+        for label, camera in list(cameras(scene))[:3]:
+            assert wrong(method, scene, camera, light) == 0, (label, light)
+
+
+@pytest.mark.parametrize("warp", ["rtw", "notw"])
+def test_no_warp_and_no_resolution_changes_a_pixel(warp):
+    scene = small("city")
+    camera = scene.cameras["default"].resized(320, 180)
+    for light in (*scene.lights.values(), *lamps(scene)[:2]):
+        plain = lx.render_shadows(scene, camera, light, "exact")
+        for resolution in (1, 100, 1024):
+            method = lx.Exact(warp=warp, resolution=resolution)
+            other = lx.render_shadows(scene, camera, light, method)
+            assert other.tobytes() == plain.tobytes(), (light, resolution)
+
+
+def test_a_warp_shortens_the_longest_list():
+    scene = lx.scenes.colonnade(columns=4, detail=12)
+    view = scene, scene.cameras["default"].resized(640, 360), scene.lights["default"]
+    longest = {
+        warp: lx.render(*view, lx.Exact(warp=warp)).stats["receiver lists"]["longest_list"]
+        for warp in ("none", "notw")
+    }
+    assert longest["notw"] < 0.7 * longest["none"]
 
 
 @pytest.mark.parametrize("method", EXACT)

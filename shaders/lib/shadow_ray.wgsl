@@ -45,25 +45,36 @@ fn receiver_margin(distance: f32, cosine: f32, extent: f32) -> f32 {
     return margin + min(margin / max(cosine, 1e-30), extent);
 }
 
-// Corners a, b and c relative to the receiver; the normal points to either side.
-fn is_met(ray: LightRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> bool {
-    let pa = a.xy - ray.shear * a.z;
-    let pb = b.xy - ray.shear * b.z;
-    let pc = c.xy - ray.shear * c.z;
+struct Edges {
+    is_inside: bool,            // as the edge functions say
+    is_near: bool,              // with what their rounding may hide
+}
+
+// The ray against the edges of a triangle, whose corners are relative to the receiver.
+fn meet_edges(shear: vec2<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Edges {
+    let pa = a.xy - shear * a.z;
+    let pb = b.xy - shear * b.z;
+    let pc = c.xy - shear * c.z;
     let ea = edge_function(pb, pc - pb);
     let eb = edge_function(pc, pa - pc);
     let ec = edge_function(pa, pb - pa);
     let e = vec3<f32>(ea.x, eb.x, ec.x);
     let slack = vec3<f32>(ea.y, eb.y, ec.y);
-    let zero = vec3<f32>(0.0);
-    let is_inside = any(e != zero) && (all(e >= zero) || all(e <= zero));
+    let least = min(min(e.x, e.y), e.z);
+    let greatest = max(max(e.x, e.y), e.z);
     let is_near = all(e >= -slack) || all(e <= slack);
-
     // Edges that meet at no angle go on beyond the triangle.
-    let lengths = vec3<f32>(absolute_sum(a), absolute_sum(b), absolute_sum(c));
-    let around = ROUNDING * max(max(lengths.x, lengths.y), lengths.z);
+    let around = ROUNDING * max(max(absolute_sum(a), absolute_sum(b)), absolute_sum(c));
     let is_around = all(min(min(pa, pb), pc) <= vec2<f32>(around))
         && all(max(max(pa, pb), pc) >= vec2<f32>(-around));
+    let is_inside = least != greatest && (least >= 0.0 || greatest <= 0.0);
+    return Edges(is_inside && is_around, is_near && is_around);
+}
+
+// Corners relative to the receiver; the normal points to either side.
+fn is_met(ray: LightRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> bool {
+    let edges = meet_edges(ray.shear, a, b, c);
+    let lengths = vec3<f32>(absolute_sum(a), absolute_sum(b), absolute_sum(c));
 
     // How far the receiver is behind the triangle's plane, seen from the light, by the nearest corner.
     var nearest = a;
@@ -83,5 +94,5 @@ fn is_met(ray: LightRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<
     // Both ends: the hit is before the light, too.
     let is_before_light = max(max(a.z, b.z), c.z) < ray.reach || height < abs(slope) * ray.reach;
     let is_clear = is_ahead || height > CLEAR * margin;
-    return is_around && is_before_light && ((is_inside && height > margin) || (is_near && is_clear));
+    return is_before_light && ((edges.is_inside && height > margin) || (edges.is_near && is_clear));
 }

@@ -21,6 +21,7 @@ macro_rules! file {
 /// Every file of `shaders/`, by its name without the extension.
 pub const FILES: &[(&str, &str)] = &[
     file!("lib/edges"),
+    file!("lib/light_grid"),
     file!("lib/normals"),
     file!("lib/projection"),
     file!("lib/receivers"),
@@ -38,11 +39,13 @@ pub const FILES: &[(&str, &str)] = &[
     file!("warp/grid"),
     file!("warp/none"),
     file!("boundary"),
+    file!("caster_tests"),
     file!("forward_importance"),
     file!("importance_map"),
     file!("lookup"),
     file!("rasterize"),
     file!("outline"),
+    file!("receiver_lists"),
     file!("receivers"),
     file!("shadow_edge"),
     file!("shadow_rays"),
@@ -114,11 +117,13 @@ mod tests {
     fn shaders() -> Vec<Shader> {
         let files = [
             "boundary",
+            "caster_tests",
             "forward_importance",
             "importance_map",
             "lookup",
             "outline",
             "rasterize",
+            "receiver_lists",
             "receivers",
             "shadow_edge",
             "shadow_rays",

@@ -8,6 +8,7 @@ mod central_fit;
 mod cube;
 mod desired_view;
 mod dual_paraboloid;
+mod exact;
 mod fit;
 mod focused;
 mod importance;
@@ -114,6 +115,7 @@ methods! {
     DualParaboloid = dual_paraboloid::DualParaboloid,
     Spot = spot::Spot,
     RayTraced = ray_traced::RayTraced,
+    Exact = exact::Exact,
 }
 
 /// What a user can ask about a method.

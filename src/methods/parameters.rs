@@ -102,6 +102,15 @@ impl Parameters {
         }
     }
 
+    /// As `take_resolution`, or `None`.
+    pub fn take_optional_resolution(&mut self, name: &str) -> Result<Option<u32>> {
+        if self.0.get(name) == Some(&Value::None) {
+            self.take(name);
+            return Ok(None);
+        }
+        self.take_resolution(name).map(Some)
+    }
+
     /// A number that is finite and not negative.
     pub fn take_non_negative(&mut self, name: &str) -> Result<f64> {
         let value = self.take(name);

@@ -8,14 +8,16 @@ use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
 use crate::passes::boundary::{self, BoundaryWeights};
 use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
+use crate::passes::light_grid::LightGrid;
 use crate::passes::lookup::{self, Comparison, Looked};
 use crate::passes::outline::{self, Points};
 use crate::passes::rasterize::{Counters, Target};
+use crate::passes::receiver_lists::RECEIVER_BYTES;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
 use crate::passes::{
-    Facts, Inputs, PendingFacts, Receivers, forward_importance, samples, shadow_edge, shadow_map,
-    shadow_rays, visibility,
+    Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, receiver_lists,
+    samples, shadow_edge, shadow_map, shadow_rays, visibility,
 };
 use crate::projection::Projection;
 use crate::reference::surface;
@@ -23,6 +25,9 @@ use crate::region::Region;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
 use std::time::Instant;
+
+/// Texels along each side of the map that settles receivers before they are listed, at most.
+const MOST_MAP_TEXELS: u32 = 1024;
 
 /// A frame in the making: the passes, bound to the scene, camera and light.
 pub struct View<'a> {
@@ -299,6 +304,65 @@ impl<'a> View<'a> {
         Ok(Recorded { visibility, layers })
     }
 
+    /// The visibility image by testing casters against receivers that are listed in the texels of each
+    /// layer. Without a layer nothing is lit.
+    pub fn listed_shadows(&mut self, plans: &[Plan]) -> Result<Recorded> {
+        if plans.is_empty() {
+            return self.all_in_shadow();
+        }
+        let visibility = lookup::visibility_image(&self.frame, self.camera)?;
+        let has_all = plans.len() == 1 && plans[0].fitted.region.is_everywhere();
+        if !has_all {
+            let region = &self.everywhere;
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            receiver_lists::begin(&mut self.frame, seen, &visibility);
+        }
+        // As many rows of the image as one binding has room for.
+        let row_bytes = RECEIVER_BYTES * u64::from(self.camera.width);
+        let rows = (self.frame.gpu.largest_storage() / row_bytes).max(1);
+        let rows = rows.min(u64::from(self.camera.height)) as u32;
+        for plan in plans {
+            let Fitted { projection, region } = &plan.fitted;
+            let warp = plan.warp.as_ref();
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            // The nearest casters, which settle most receivers that are in shadow.
+            let map = projection.with_resolution(projection.width.min(MOST_MAP_TEXELS));
+            let rasterized = shadow_map::shadow_map(
+                &mut self.frame,
+                self.inputs,
+                &map,
+                None,
+                Target::DepthTriangle,
+            )?;
+            self.pending.push((shadow_map::LABEL, rasterized.counters));
+            let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);
+            for first_row in (0..self.camera.height).step_by(rows as usize) {
+                grid.first_row = first_row;
+                grid.row_count = rows.min(self.camera.height - first_row);
+                let frame = &mut self.frame;
+                let (lists, facts) = receiver_lists::receiver_lists(
+                    frame,
+                    seen,
+                    projection,
+                    &grid,
+                    warp,
+                    &rasterized.texels,
+                    &visibility,
+                    has_all,
+                )?;
+                self.pending_facts.push(facts);
+                let (counters, facts) =
+                    caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
+                self.pending.push((caster_tests::LABEL, counters));
+                self.pending_facts.push(facts);
+            }
+        }
+        Ok(Recorded {
+            visibility,
+            layers: vec![],
+        })
+    }
+
     /// The visibility image by rays through the scene's hierarchy, which is built where it is missing.
     pub fn shadow_rays(&mut self) -> Result<PooledBuffer> {
         let start = Instant::now();
@@ -399,12 +463,32 @@ impl<'a> View<'a> {
         for (label, read) in self.pending.drain(..) {
             self.counters.push((label, results.take(&read)?[0]));
         }
-        for pending in self.pending_facts.drain(..) {
+        for pending in std::mem::take(&mut self.pending_facts) {
             let counters = results.take(&pending.counters)?;
             let facts = (pending.describe)(&self.frame.gpu, &counters)?;
-            self.facts.push((pending.label, facts));
+            self.add_facts(pending.label, facts);
         }
         Ok(results)
+    }
+
+    /// Receivers that face the light in all layers, once their bounds were asked for.
+    pub fn facing_count(&self) -> u32 {
+        self.receiver_counts.map_or(0, |counts| counts.facing)
+    }
+
+    /// Several layers add up; what is the longest of one is the longest of all.
+    fn add_facts(&mut self, label: &'static str, facts: Facts) {
+        let Some((_, known)) = self.facts.iter_mut().find(|(known, _)| *known == label) else {
+            self.facts.push((label, facts));
+            return;
+        };
+        for ((name, sum), (_, value)) in known.iter_mut().zip(facts) {
+            *sum = if name.starts_with("longest") {
+                value.max(*sum)
+            } else {
+                value + *sum
+            };
+        }
     }
 
     pub(crate) fn finish(self) -> Finished {

@@ -2,11 +2,14 @@
 //! timer key, and passes belong to the house, not to a method.
 
 pub mod boundary;
+pub mod caster_tests;
 pub mod forward_importance;
 pub mod importance_map;
+pub mod light_grid;
 pub mod lookup;
 pub mod outline;
 pub mod rasterize;
+pub mod receiver_lists;
 pub mod receivers;
 pub mod samples;
 pub mod shadow_edge;

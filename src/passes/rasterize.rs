@@ -56,7 +56,7 @@ const ITEM_BYTES: u64 = 8;
 /// a frame needed more; such a frame is rendered again.
 static SPARE_ITEMS: AtomicU64 = AtomicU64::new(1 << 16);
 
-fn item_capacity(triangle_count: u32) -> u64 {
+pub fn item_capacity(triangle_count: u32) -> u64 {
     u64::from(triangle_count) + SPARE_ITEMS.load(Ordering::Relaxed)
 }
 
@@ -161,7 +161,8 @@ pub fn rasterize(
     Ok(Rasterized { texels, counters })
 }
 
-fn joined<'a>(shared: &[Binding<'a>], own: &[&Binding<'a>]) -> Vec<Binding<'a>> {
+/// Bindings that several dispatches share, and some more.
+pub fn joined<'a>(shared: &[Binding<'a>], own: &[&Binding<'a>]) -> Vec<Binding<'a>> {
     let own = own.iter().copied().cloned();
     shared.iter().cloned().chain(own).collect()
 }

@@ -1,0 +1,97 @@
+//! The light's grid of `shaders/lib/light_grid.wgsl`: what the lists of receivers and the casters share.
+
+use crate::camera::Camera;
+use crate::gpu::scene_tables::{SceneTables, double_single};
+use crate::projection::{Kind, Projection};
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat3, DVec2};
+
+/// Texels along the side of a tile, as in the shader.
+pub const TILE: u32 = 16;
+
+/// Tiles are counted in 8 bits.
+pub const LARGEST_RESOLUTION: u32 = 256 * TILE;
+
+/// Of the farthest depth: where casters that reach behind a local light are cut. Nearer, rounding would
+/// make the bounds of what is left as wide as the grid.
+const NEAR_SHARE: f64 = 1.0 / (1 << 14) as f64;
+
+/// As `LightGrid` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct LightGrid {
+    x_axis: [f32; 3],
+    rounding: f32,
+    y_axis: [f32; 3],
+    z_near: f32,
+    z_axis: [f32; 3],
+    pub size: u32,
+    light: [f32; 3],
+    pub tiles: u32,
+    scale: [f32; 2],
+    offset: [f32; 2],
+    eye_high: [f32; 3],
+    pub triangle_count: u32,
+    eye_low: [f32; 3],
+    coarse_shift: u32,
+    pub first_row: u32,
+    pub row_count: u32,
+    map_size: u32,
+    padding: u32,
+}
+
+impl LightGrid {
+    /// The texels of a square map through a parallel or perspective projection whose axes are orthogonal.
+    /// A shadow map through the same projection has `map_size` texels along each side.
+    pub fn new(
+        scene: &SceneTables,
+        camera: &Camera,
+        projection: &Projection,
+        map_size: u32,
+    ) -> Self {
+        let (x, y) = (projection.x_axis, projection.y_axis);
+        let texels_per_unit = DVec2::new(x.length(), y.length());
+        let z_axis = -projection.z_axis.normalize();
+        let axes = DMat3::from_cols(x.normalize(), y.normalize(), z_axis).transpose();
+        let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
+        let light = axes * (projection.origin - camera.eye);
+        let shift = match projection.kind {
+            Kind::Parallel => -light.truncate() * texels_per_unit,
+            Kind::Perspective | Kind::Paraboloid => DVec2::ZERO,
+        };
+        // Of a sum of three products, of positions relative to the eye, and of the light's.
+        let rounding =
+            8.0 * f64::from(f32::EPSILON) * (scene.farthest(camera.eye) + light.length());
+        let size = projection.width;
+        // No triangle is cut into more than 64 x 64 coarse tiles.
+        let coarse = (size.div_ceil(64)).next_power_of_two().max(8 * TILE);
+        Self {
+            x_axis: axes.row(0).as_vec3().to_array(),
+            rounding: rounding as f32,
+            y_axis: axes.row(1).as_vec3().to_array(),
+            z_near: (NEAR_SHARE * projection.far) as f32,
+            z_axis: axes.row(2).as_vec3().to_array(),
+            size,
+            light: light.as_vec3().to_array(),
+            tiles: size.div_ceil(TILE),
+            scale: texels_per_unit.as_vec2().to_array(),
+            offset: (projection.centre + shift).as_vec2().to_array(),
+            eye_high: eye_high.to_array(),
+            triangle_count: scene.triangle_count,
+            eye_low: eye_low.to_array(),
+            coarse_shift: coarse.trailing_zeros(),
+            first_row: 0,
+            row_count: camera.height,
+            map_size,
+            padding: 0,
+        }
+    }
+
+    pub fn texel_count(&self) -> u64 {
+        u64::from(self.size) * u64::from(self.size)
+    }
+
+    pub fn tile_count(&self) -> u64 {
+        u64::from(self.tiles) * u64::from(self.tiles)
+    }
+}

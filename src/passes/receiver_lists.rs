@@ -1,0 +1,200 @@
+//! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
+
+use super::light_grid::{LightGrid, TILE};
+use super::rasterize::joined;
+use super::warp_map::{self, WarpMap};
+use super::{Facts, PendingFacts, Receivers};
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shaders::Shader;
+use crate::projection::Projection;
+
+pub const LABEL: &str = "receiver lists";
+
+/// Texels that an invocation adds up, as in the shader.
+const SEGMENT: u64 = 256;
+
+/// Tiles of a workgroup of `measure`, as in the shader.
+const MEASURED_TILES: u32 = 4;
+
+/// Bytes of a receiver in the longest list.
+pub const RECEIVER_BYTES: u64 = 16;
+
+/// Lists on the device; see the shader for what each holds.
+pub struct ReceiverLists {
+    pub starts: PooledBuffer,
+    pub listed: PooledBuffer,
+    pub details: PooledBuffer,
+    pub tiles: PooledBuffer,
+}
+
+fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
+    Ok(vec![
+        ("receivers", counters[0].into()),
+        ("longest_list", counters[1].into()),
+    ])
+}
+
+fn shader(warp: Option<&WarpMap>) -> Shader {
+    Shader {
+        warp: warp_map::shader(warp),
+        ..Shader::new("receiver_lists")
+    }
+}
+
+/// The image before any caster: 1 where the receiver faces the light, else 0, NaN where nothing is seen.
+/// `seen` has all receivers of the light.
+pub fn begin(frame: &mut Frame, seen: Receivers, visibility: &wgpu::Buffer) {
+    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
+    let receivers = frame.uniform("receivers", &receivers);
+    let rows = frame.gpu.work_per_invocation(1, 32);
+    let mut constants = vec![("rows_per_invocation", f64::from(rows))];
+    constants.extend(seen.constants());
+    let pipeline = frame
+        .gpu
+        .clone()
+        .pipeline(shader(None), "begin", &constants);
+    frame.pass(
+        LABEL,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings: vec![
+                (20, buffer(&receivers)),
+                (21, buffer(seen.visibility_buffer)),
+                (10, table(&seen.scene.unit_normals)),
+                (16, buffer(visibility)),
+            ],
+            groups: Groups::Grid(
+                seen.camera.width.div_ceil(64),
+                seen.camera.height.div_ceil(rows),
+            ),
+        }],
+    );
+}
+
+/// Lists the receivers of the grid's rows that the shadow map does not settle. With `begins` it begins their part of the image, too.
+pub fn receiver_lists(
+    frame: &mut Frame,
+    seen: Receivers,
+    projection: &Projection,
+    grid: &LightGrid,
+    warp: Option<&WarpMap>,
+    shadow_map: &wgpu::Buffer,
+    visibility: &wgpu::Buffer,
+    begins: bool,
+) -> Result<(ReceiverLists, PendingFacts)> {
+    let scene = seen.scene;
+    let receivers = seen.uniform(projection);
+    let receivers = frame.uniform("receivers", &receivers);
+    let grid_uniform = frame.uniform("light grid", grid);
+    let pixels = u64::from(seen.camera.width) * u64::from(grid.row_count);
+    let segments = grid.texel_count().div_ceil(SEGMENT);
+    let counts = frame.storage("lengths of lists", 4 * grid.texel_count())?;
+    let places = frame.storage("places of receivers", 8 * pixels)?;
+    let sums = frame.storage("sums of lengths", 4 * segments)?;
+    let counters = frame.storage("counters", 8)?;
+    let lists = ReceiverLists {
+        starts: frame.storage("starts of lists", 4 * (grid.texel_count() + 1))?,
+        listed: frame.storage(LABEL, RECEIVER_BYTES * pixels)?,
+        details: frame.storage("details of receivers", 8 * pixels)?,
+        tiles: frame.storage("tiles of receivers", 24 * grid.tile_count())?,
+    };
+    frame.clear(&counts);
+    frame.clear(&counters);
+
+    let gpu = frame.gpu.clone();
+    let rows = gpu.work_per_invocation(1, 32);
+    let flag = |value| f64::from(u8::from(value));
+    let is_local = ("is_local", flag(seen.light.position().is_some()));
+    let mut constants = vec![("rows_per_invocation", f64::from(rows)), is_local];
+    constants.extend(seen.constants());
+    let scatter = gpu.pipeline(shader(None), "scatter", &constants);
+    constants.push(("begins", flag(begins)));
+    constants.push(("has_low_parts", flag(scene.has_low_parts)));
+    let count = gpu.pipeline(shader(warp), "count", &constants);
+    let sum = gpu.pipeline(shader(None), "sum", &[]);
+    let scan = gpu.pipeline(shader(None), "scan", &[]);
+    let place = gpu.pipeline(shader(None), "place", &[]);
+    let measure = gpu.pipeline(shader(None), "measure", &[is_local]);
+
+    let grid_binding = (0, buffer(&grid_uniform));
+    let starts = (14, buffer(&lists.starts));
+    let lengths = (13, buffer(&counts));
+    let places = (4, buffer(&places));
+    let listed = (5, buffer(&lists.listed));
+    let sums = (7, buffer(&sums));
+    let counted_facts = (9, buffer(&counters));
+    let receivers = [
+        (20, buffer(&receivers)),
+        (21, buffer(seen.visibility_buffer)),
+        (10, table(&seen.scene.unit_normals)),
+    ];
+    let columns = seen.camera.width.div_ceil(64);
+    let image = || Groups::Grid(columns, grid.row_count.div_ceil(rows));
+    let mut count_bindings = receivers.to_vec();
+    count_bindings.extend([
+        grid_binding.clone(),
+        (16, buffer(visibility)),
+        (15, buffer(&counts)),
+        (17, buffer(shadow_map)),
+        (1, table(&scene.vertex_indices)),
+        (2, table(&scene.positions_high)),
+        (3, table(&scene.positions_low)),
+        places.clone(),
+    ]);
+    count_bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+    let mut scatter_bindings = receivers.to_vec();
+    scatter_bindings.extend([
+        grid_binding.clone(),
+        starts.clone(),
+        places,
+        listed.clone(),
+        (6, buffer(&lists.details)),
+    ]);
+    let segment_groups = || Groups::Grid(segments.div_ceil(64) as u32, 1);
+    let shared = [grid_binding];
+    frame.pass(
+        LABEL,
+        &[
+            Dispatch {
+                pipeline: &count,
+                bindings: count_bindings,
+                groups: image(),
+            },
+            Dispatch {
+                pipeline: &sum,
+                bindings: joined(&shared, &[&lengths, &sums, &counted_facts]),
+                groups: segment_groups(),
+            },
+            Dispatch {
+                pipeline: &scan,
+                bindings: joined(&shared, &[&starts, &sums, &counted_facts]),
+                groups: Groups::Linear(1),
+            },
+            Dispatch {
+                pipeline: &place,
+                bindings: joined(&shared, &[&starts, &lengths, &sums]),
+                groups: segment_groups(),
+            },
+            Dispatch {
+                pipeline: &scatter,
+                bindings: scatter_bindings,
+                groups: image(),
+            },
+            Dispatch {
+                pipeline: &measure,
+                bindings: joined(&shared, &[&starts, &listed, &(8, buffer(&lists.tiles))]),
+                groups: Groups::Grid(grid.tiles.div_ceil(MEASURED_TILES), grid.tiles),
+            },
+        ],
+    );
+    debug_assert_eq!(TILE, 16, "a row of a tile an invocation of `measure`");
+    let facts = PendingFacts {
+        label: LABEL,
+        counters: frame.read(Source::Taken(counters), 2)?,
+        describe,
+    };
+    Ok((lists, facts))
+}
