@@ -154,3 +154,27 @@ def test_large_and_small_frames_in_turn():
         small_frame,
         lx.render(scene, camera.resized(64, 36), light, lx.DesiredView(resolution=64)),
     )
+
+
+def test_a_list_of_lights_gives_a_layer_for_each(view):
+    scene, camera, sun = view
+    lights = [sun, lx.PointLight((2.0, 6.0, 1.0)), lx.DirectionalLight((0.0, -1.0, 0.3))]
+    for method in ("desired_view", "exact", "ray_traced"):
+        layers = lx.render_shadows(scene, camera, lights, method)
+        assert layers.shape == (3, camera.height, camera.width)
+        assert layers.dtype == np.float32
+        for layer, light in zip(layers, lights, strict=True):
+            assert layer.tobytes() == lx.render_shadows(scene, camera, light, method).tobytes()
+    assert lx.render_shadows(scene, camera, ()).shape == (0, camera.height, camera.width)
+
+
+def test_several_lights_share_what_the_camera_sees(view):
+    scene, camera, sun = view
+    lx.render_shadows(scene, camera, (sun, sun))
+    assert "visibility" in lx.render(scene, camera, sun).stats["skipped"]
+
+
+def test_what_is_no_light_in_a_list_is_named(view):
+    scene, camera, sun = view
+    with pytest.raises(TypeError, match="light must be"):
+        lx.render_shadows(scene, camera, [sun, "sun"])

@@ -139,15 +139,20 @@ class Frame(Receivers):
 
 
 def render_shadows(
-    scene: Scene, camera: Camera, light: Light, method: str | Method = "desired_view"
+    scene: Scene,
+    camera: Camera,
+    light: Light | list[Light] | tuple[Light, ...],
+    method: str | Method = "desired_view",
 ) -> npt.NDArray[np.float32]:
-    """Which pixels the light reaches.
+    """Which pixels the light, or each of several lights, reaches.
+
+    Several lights share the pass that finds what the camera sees.
 
     Parameters
     ----------
     scene : Scene
     camera : Camera
-    light : DirectionalLight
+    light : Light, or list or tuple of them
     method : str or method object
         A name of `lixel.METHODS`, or an object with parameters such as
         ``DesiredView(resolution=2048)``.
@@ -155,7 +160,8 @@ def render_shadows(
     Returns
     -------
     (H, W) float32
-        1 lit, 0 in shadow, NaN where no surface is seen; row 0 at the top.
+        1 lit, 0 in shadow, NaN where no surface is seen; row 0 at the top. For ``L`` lights
+        (L, H, W), in their order, each layer what the light alone would give.
 
     Raises
     ------
@@ -167,6 +173,13 @@ def render_shadows(
         No adapter, or the adapter lacks what the method needs; the message says the remedy.
     """
     visibility: npt.NDArray[np.float32]
+    if isinstance(light, list | tuple):
+        instance("camera", camera, Camera)
+        visibility = np.empty((len(light), camera.height, camera.width), np.float32)
+        for layer, one in zip(visibility, light, strict=True):
+            _, results = render_outputs(scene, camera, one, method, ("visibility",))
+            layer[:] = results["visibility"]
+        return visibility
     _, results = render_outputs(scene, camera, light, method, ("visibility",))
     visibility = results["visibility"]
     return visibility
