@@ -343,7 +343,6 @@ impl<'a> View<'a> {
                 let (lists, facts) = receiver_lists::receiver_lists(
                     frame,
                     seen,
-                    projection,
                     &grid,
                     warp,
                     &rasterized.texels,

@@ -78,7 +78,6 @@ pub fn begin(frame: &mut Frame, seen: Receivers, visibility: &wgpu::Buffer) {
 pub fn receiver_lists(
     frame: &mut Frame,
     seen: Receivers,
-    projection: &Projection,
     grid: &LightGrid,
     warp: Option<&WarpMap>,
     shadow_map: &wgpu::Buffer,
@@ -86,7 +85,7 @@ pub fn receiver_lists(
     begins: bool,
 ) -> Result<(ReceiverLists, PendingFacts)> {
     let scene = seen.scene;
-    let receivers = seen.uniform(projection);
+    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
     let receivers = frame.uniform("receivers", &receivers);
     let grid_uniform = frame.uniform("light grid", grid);
     let pixels = u64::from(seen.camera.width) * u64::from(grid.row_count);
