@@ -15,7 +15,7 @@
 //! Limits: time grows with the casters whose bound holds receivers, whether they shadow them or not.
 
 use super::central_fit::{cone_layer, cube_faces};
-use super::fit::{Fit, fit_receivers};
+use super::fit::{Cut, Fit, cut_layers};
 use super::{Fitted, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
 use crate::passes::importance_map::{Factors, Importance};
@@ -117,7 +117,12 @@ impl Exact {
         if let (Some(position), Some(cone)) = (view.light.position(), view.light.cone())
             && cone_layer(position, cone, scene).projection.kind == Kind::Paraboloid
         {
-            return fit_receivers(view, cube_faces(position, scene), FEWEST_TEXELS);
+            return cut_layers(
+                view,
+                cube_faces(position, scene),
+                Cut::Receivers,
+                FEWEST_TEXELS,
+            );
         }
         Fit::DesiredView.fit(view, FEWEST_TEXELS)
     }
