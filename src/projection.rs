@@ -193,6 +193,11 @@ impl Projection {
         }
     }
 
+    /// Whether a triangle's edges are lines in the map, as `HAS_STRAIGHT_EDGES` in the shaders says.
+    pub fn has_straight_edges(&self) -> bool {
+        self.homography.is_none() && self.kind != Kind::Paraboloid
+    }
+
     pub fn texel_count(&self) -> usize {
         self.width as usize * self.height as usize
     }

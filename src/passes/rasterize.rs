@@ -92,16 +92,32 @@ pub fn rasterize(
         },
         ..Shader::new("rasterize")
     };
+    let has_straight_rows = warp.is_none() && projection.has_straight_edges();
     let warp = warp.map(WarpMap::bindings).unwrap_or_default();
     let gpu = frame.gpu.clone();
     let per_invocation = gpu.work_per_invocation(1, 64);
     let has_low_parts = ("has_low_parts", f64::from(u8::from(scene.has_low_parts)));
     let items_per_invocation = ("items_per_invocation", f64::from(per_invocation));
-    let bin = gpu.pipeline(shader, "bin", &[has_low_parts, items_per_invocation]);
+    // Where edges are no lines, rows are walked from side to side of a tile: smaller ones waste less.
+    let fine_shift = match has_straight_rows {
+        true => 4_u32,
+        false => 3,
+    };
+    let small_area = ("small_area", f64::from(1 << (2 * fine_shift)));
+    let fine_shift = ("fine_shift", f64::from(fine_shift));
+    let bin = gpu.pipeline(
+        shader,
+        "bin",
+        &[has_low_parts, items_per_invocation, small_area],
+    );
     let prepare_split = gpu.pipeline(shader, "prepare_split", &[]);
-    let split = gpu.pipeline(shader, "split", &[has_low_parts]);
+    let split = gpu.pipeline(shader, "split", &[has_low_parts, fine_shift]);
     let prepare_walk = gpu.pipeline(shader, "prepare_walk", &[items_per_invocation]);
-    let walk = gpu.pipeline(shader, "walk", &[has_low_parts, items_per_invocation]);
+    let walk = gpu.pipeline(
+        shader,
+        "walk",
+        &[has_low_parts, items_per_invocation, fine_shift],
+    );
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
     let coarse_side = projection.width.max(projection.height).div_ceil(64);
