@@ -32,6 +32,8 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
             jump = max(jump, abs(depth_at(projection, place.x + x, place.y + y) - middle));
         }
     }
-    let is_edge = jump > shadow_edge_uniform.bias * beam_growth(middle);
+    let centred = vec2<f32>(place) + 0.5 - projection.centre;
+    let point = projected_from_ray(ray_from_texel(projection, centred), middle);
+    let is_edge = jump > shadow_edge_uniform.bias * beam_growth(projection, point);
     shadow_edges[invocation.y * projection.size.x + invocation.x] = select(shadow_edge_uniform.floor, 1.0, is_edge);
 }

@@ -332,7 +332,8 @@ mod tests {
                 lights.push(Light::directional(DVec3::new(sin, height, cos)).unwrap());
             }
         }
-        lights.push(Light::point(DVec3::new(5.0, 25.0, -10.0)).unwrap());
+        // So high that it has all of the floor in front.
+        lights.push(Light::point(DVec3::new(5.0, 80.0, -20.0)).unwrap());
         lights
     }
 

@@ -208,7 +208,10 @@ def test_info_names_the_device(capfd):
 def test_demo_writes_pictures(tmp_path, capfd):
     assert cli.main(["demo", "--out", str(tmp_path), "--size", "96x64"]) == 0
     assert (tmp_path / "shadows.png").is_file()
-    assert (tmp_path / "desired_view-2048.png").is_file()
+    sun = {path.stem for path in (tmp_path / "sun").iterdir()}
+    assert {"desired_view-1024", "notw-1024", "exact", "ray_traced"} <= sun
+    lamp = {path.stem for path in (tmp_path / "lamp").iterdir()}
+    assert {"cube-1024", "cube+notw-1024", "dual_paraboloid-1024", "exact"} <= lamp
     assert "misclassified" in capfd.readouterr().out
 
 

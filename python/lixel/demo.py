@@ -10,17 +10,24 @@ from . import display, scenes
 from .camera import Camera
 from .compare import compare
 from .frame import render
-from .light import Light
-from .methods import MAP_METHODS, Method
+from .light import Light, PointLight
+from .methods import METHODS, Method, method_from
 from .reference import reference
 from .report import milliseconds, progress, say, table
 from .scene import Scene
 
-RESOLUTIONS = (512, 1024, 2048)
+# Around a point; the first warp beside them shows what it does there.
+AROUND_A_LAMP = (
+    "cube",
+    "dual_paraboloid",
+    "improved_paraboloid",
+    "cube+notw",
+    "dual_paraboloid+notw",
+)
 
 
 def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
-    """Render a built-in scene with every method, write pictures into a folder, print a table.
+    """Render a built-in scene with every method, write pictures into a folder, print two tables.
 
     Parameters
     ----------
@@ -32,20 +39,21 @@ def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        The rows of the table, as from `judge`.
+        The rows of the tables, as from `judge`.
     """
     scene = scenes.colonnade()
-    camera, light = scene.cameras["default"].resized(width, height), scene.lights["default"]
+    camera, sun = scene.cameras["default"].resized(width, height), scene.lights["default"]
+    low, high = scene.bounds
+    lamp = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
     say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
-    methods = [
-        method(resolution=resolution)
-        for method in MAP_METHODS.values()
-        for resolution in RESOLUTIONS
-    ]
-    rows = judge(scene, camera, light, methods, folder)
-    frame = render(scene, camera, light, methods[-1])
+    in_the_sun = [method() for method in METHODS.values() if method().takes(sun)]
+    around_a_lamp = [method_from(name) for name in (*AROUND_A_LAMP, "exact", "ray_traced")]
+    rows = judge(scene, camera, sun, in_the_sun, folder / "sun")
+    rows += judge(scene, camera, lamp, around_a_lamp, folder / "lamp")
+    frame = render(scene, camera, sun, "exact")
     frame.save(folder / "shadows.png")
-    print(table(rows))
+    print("in the sun\n\n" + table(rows[: len(in_the_sun)]))
+    print("\nunder a lamp\n\n" + table(rows[len(in_the_sun) :]))
     adapter = frame.adapter
     print(f"\non {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
     print(f"pictures in {folder}: shadows.png, and one for each row with its wrong pixels in red")
@@ -91,7 +99,7 @@ def judge(
     truth = reference(scene, camera, light)
     rows = []
     for frame in frames:
-        name, resolution = frame.method.name, frame.method.map_resolution
+        name, resolution = frame.method.spelling, frame.method.map_resolution
         timings = {**shared, **frame.timings}
         judged = compare(frame, truth)
         if folder is not None:

@@ -69,6 +69,11 @@ class ShadowMethod:
         """Whether the method, with its parameters, is made for the light."""
         return isinstance(light, self.lights)
 
+    @property
+    def spelling(self) -> str:
+        """What `method_from` calls it: its name, or a composition such as ``"cube+notw"``."""
+        return self.name
+
     def parameters(self) -> dict[str, Any]:
         """Every parameter by name."""
         return dataclasses.asdict(self)
@@ -300,6 +305,11 @@ class WarpMethod(ShadowMapMethod):
     def takes(self, light: Light) -> bool:
         """Whether the method, with its parameters, is made for the light."""
         return self.fit not in METHODS or METHODS[self.fit]().takes(light)
+
+    @property
+    def spelling(self) -> str:
+        """What `method_from` calls it: its name, or a composition such as ``"cube+notw"``."""
+        return self.name if self.fit == "desired_view" else f"{self.fit}+{self.name}"
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -23,6 +23,10 @@ fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f3
     return select(vec2<f32>(1e8), texel.xy / texel.z, texel.z > 0.0);
 }
 
+fn projected_from_ray(ray: vec3<f32>, depth: f32) -> vec3<f32> {
+    return vec3<f32>(ray.xy, depth);
+}
+
 fn depth_from_projected(q: vec3<f32>) -> f32 {
     return q.z;
 }
