@@ -177,11 +177,10 @@ def figure(method: type) -> bytes:
     scene = lx.scenes.colonnade()
     camera, light = scene.cameras["default"].resized(480, 270), scene.lights["default"]
     chosen = method(resolution=256) if hasattr(method(), "resolution") else method()
-    try:
-        frame = lx.render(scene, camera, light, chosen)
-    except ValueError:  # not made for the sun
-        light = lx.PointLight((0.4, 3.4, -6.3))
-        frame = lx.render(scene, camera, light, chosen)
+    lamp = (0.4, 3.4, -6.3)
+    lights = (light, lx.PointLight(lamp), lx.SpotLight(lamp, (0.1, -1.0, 0.4), 1.0))
+    light = next(light for light in lights if chosen.takes(light))
+    frame = lx.render(scene, camera, light, chosen)
     shown, axes = plt.subplots(1, 2, figsize=(12, 3.6), layout="constrained")
     plots.difference(lx.compare(frame, lx.reference(scene, camera, light)), axes[0])
     plots.aliasing_error(frame, axes[1])

@@ -27,7 +27,7 @@ def test_examples_run(path, tmp_path):
     script.write_text(f"import matplotlib\nmatplotlib.use('agg')\n{code}")
     command = [str(script)]
     if "def test_" in code:
-        command = ["-m", "pytest", "-q", "-p", "lixel.pytest_plugin", str(script)]
+        command = ["-m", "pytest", "-q", str(script)]
     ran = subprocess.run(
         [sys.executable, *command], cwd=tmp_path, capture_output=True, text=True, check=False
     )

@@ -69,7 +69,9 @@ def test_the_core_checks_for_itself(outputs, view):
     ):
         with pytest.raises(ValueError, match=words):
             _core.render(*core, "uniform", parameters, outputs)
-    with pytest.raises(TypeError, match="resolution must be a number, a string or None, got list"):
+    with pytest.raises(
+        TypeError, match="resolution must be a number, a string, an array or None, got list"
+    ):
         _core.render(*core, "uniform", {"resolution": []}, outputs)
 
 

@@ -223,11 +223,16 @@ impl Frame {
             submission_index: Some(submission),
             timeout: None,
         });
-        self.gpu.take_error()?;
-        waited.map_err(|error| {
-            let name = &self.gpu.adapter.name;
-            Error::Device(format!("waiting for the device {name} failed: {error}"))
-        })?;
+        let outcome = self.gpu.take_error().and_then(|()| {
+            waited.map_err(|error| {
+                let name = &self.gpu.adapter.name;
+                Error::Device(format!("waiting for the device {name} failed: {error}"))
+            })
+        });
+        if let Err(error) = outcome {
+            self.reads.drain(..).for_each(PooledBuffer::discard);
+            return Err(error);
+        }
         let results = ReadResults(std::mem::take(&mut self.reads));
         if let Some(stamps) = stamps {
             let ticks = results.take(&stamps)?;

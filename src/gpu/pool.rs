@@ -38,6 +38,15 @@ impl Drop for PooledBuffer {
     }
 }
 
+impl PooledBuffer {
+    /// Frees the buffer for good: after a failed submission it may be mapped still.
+    pub fn discard(mut self) {
+        if let Some(buffer) = self.buffer.take() {
+            buffer.destroy();
+        }
+    }
+}
+
 /// A scratch buffer of exactly `size` bytes, its content undefined.
 pub fn scratch(gpu: &Arc<Gpu>, what: &str, size: u64, usage: BufferUsages) -> Result<PooledBuffer> {
     check_size(gpu, what, size, usage)?;
