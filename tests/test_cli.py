@@ -211,7 +211,7 @@ def test_demo_writes_pictures(tmp_path, capfd):
     sun = {path.stem for path in (tmp_path / "sun").iterdir()}
     assert {"desired_view-1024", "notw-1024", "exact", "ray_traced"} <= sun
     lamp = {path.stem for path in (tmp_path / "lamp").iterdir()}
-    assert {"cube-1024", "cube+notw-1024", "dual_paraboloid-1024", "exact"} <= lamp
+    assert {"cube-1024", "cube+rtw-1024", "dual_paraboloid-1024", "ray_traced"} <= lamp
     assert "misclassified" in capfd.readouterr().out
 
 

@@ -16,14 +16,7 @@ from .reference import reference
 from .report import milliseconds, progress, say, table
 from .scene import Scene
 
-# Around a point; the first warp beside them shows what it does there.
-AROUND_A_LAMP = (
-    "cube",
-    "dual_paraboloid",
-    "improved_paraboloid",
-    "cube+notw",
-    "dual_paraboloid+notw",
-)
+AROUND_A_LAMP = ("cube", "cube+rtw", "dual_paraboloid", "improved_paraboloid", "ray_traced")
 
 
 def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
@@ -47,7 +40,7 @@ def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     lamp = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
     say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
     in_the_sun = [method() for method in METHODS.values() if method().takes(sun)]
-    around_a_lamp = [method_from(name) for name in (*AROUND_A_LAMP, "exact", "ray_traced")]
+    around_a_lamp = [method_from(name) for name in AROUND_A_LAMP]
     rows = judge(scene, camera, sun, in_the_sun, folder / "sun")
     rows += judge(scene, camera, lamp, around_a_lamp, folder / "lamp")
     frame = render(scene, camera, sun, "exact")
