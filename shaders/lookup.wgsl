@@ -8,6 +8,10 @@
 //             et al., "Sub-pixel shadow maps", 2014.
 //   auto      In shadow if a triangle of the 3 x 3 texels is hit, or if nearly all depth tests there
 //             say so: the second finds casters smaller than a texel, which the first misses.
+//   pcf       The share of depth tests in a disc around the receiver that find it lit (Reeves et al.,
+//             "Rendering antialiased shadows with depth maps", 1987). Rosen, section 6.2: a disc in the
+//             warped map antialiases edges; one across the light's rays, warped at the last possible
+//             moment, makes them soft.
 #import projection
 #import warp
 #import lib/receivers
@@ -22,12 +26,21 @@ override rows_per_invocation: u32 = 1u;
 override reach: i32 = 0;
 override uses_triangles: bool = false;
 override uses_depths: bool = true;
+// Depth tests in the disc of `pcf`; 0 for the other ways.
+override samples: u32 = 0u;
+// Whether the disc lies across the receiver's light ray, in world units, or in the warped map, in texels.
+override is_unwarped: bool = false;
 // Whether this is the first layer, which answers for the pixels that no layer holds.
 override is_first: bool = true;
 
 // How many of nine depth tests must agree in `auto`. Measured on six scenes, maps of 1024 and 2048
 // texels: seven leave fewer wrong pixels in total than eight, and those fewer than nine.
 const AGREEING: i32 = 7;
+
+// A plane at grazing incidence ends within a texel, and is not followed farther than to this share of its
+// depth; in a disc it is followed as far as it may matter.
+const TEXEL_REACH: f32 = 2.0;
+const DISC_REACH: f32 = 10000.0;
 
 const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
 
@@ -43,7 +56,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
             let receiver = load_receiver(receivers, column, row);
             var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
             if receiver.faces_light {
-                lit = select(1.0, 0.0, is_in_shadow(receivers, projection, warp, receiver));
+                lit = lit_share(receivers, projection, warp, receiver);
             }
             if is_first || receiver.faces_light {
                 visibility[row * receivers.width + column] = lit;
@@ -52,18 +65,13 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
 }
 
-fn is_in_shadow(
-    receivers: Receivers,
-    projection: Projection,
-    warp: Warp,
-    receiver: Receiver,
-) -> bool {
+fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver: Receiver) -> f32 {
     let centred = centred_texel_from_projected(projection, receiver.q);
     let depth = depth_from_projected(receiver.q);
     let size = vec2<f32>(projection.size);
-    // Off the map there is no caster. Rounding may move a receiver at the border.
-    if any(abs(centred + projection.centre - 0.5 * size) > 0.5 * size + 0.5) {
-        return false;
+    // Off the map there is no caster.
+    if !is_on_map(size, centred + projection.centre) {
+        return 1.0;
     }
     let warped = warped_from_linear(warp, (centred + projection.centre) / size);
     let middle = vec2<i32>(clamp(floor(warped.uv * size), vec2<f32>(0.0), size - 1.0));
@@ -72,8 +80,13 @@ fn is_in_shadow(
     // Rounding moves a depth, and moves it again by the slope where it moves the texel.
     let world_slope = 1.0 / abs(dot(receiver.normal, normalize(receiver.from_light)));
     let rounding = receivers.rounding * world_slope;
-    let bias = receivers.constant_bias + receivers.beam_bias * beam_growth(projection, receiver.q)
-        + receivers.slope_bias * (abs(slope.x) + abs(slope.y)) + rounding;
+    let even_bias = receivers.constant_bias + receivers.beam_bias * beam_growth(projection, receiver.q)
+        + rounding;
+    if samples > 0u {
+        let place = Place(centred, normal, abs(slope) * receivers.slope_bias, even_bias, world_slope);
+        return share_in_disc(receivers, projection, warp, receiver, place, warped.uv * size);
+    }
+    let bias = even_bias + receivers.slope_bias * (abs(slope.x) + abs(slope.y));
 
     // Of the texels around: how many there are, how many hold something before the receiver's plane,
     // and, a bit each, which hold another triangle that may be met before it.
@@ -92,7 +105,7 @@ fn is_in_shadow(
             if all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
                 let linear = linear_from_texel(warp, texel, projection.size);
                 let step = linear * size - projection.centre - centred;
-                let plane = depth_of_neighbour(projection, normal, receiver.q, step * receivers.receiver_plane);
+                let plane = depth_of_neighbour(projection, normal, receiver.q, step * receivers.receiver_plane, TEXEL_REACH);
                 let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
                 tests += 1;
                 nearer += i32(depth_from_z(projection, plane - bias) > stored.depth);
@@ -107,10 +120,10 @@ fn is_in_shadow(
         }
     }
     if !uses_triangles {
-        return nearer == tests;
+        return select(1.0, 0.0, nearer == tests);
     }
     if uses_depths && 9 * nearer >= AGREEING * tests {
-        return true;
+        return 0.0;
     }
     var hit = false;
     while candidates != 0u && !hit {
@@ -121,7 +134,92 @@ fn is_in_shadow(
         let id = load_stored(u32(texel.y) * projection.size.x + u32(texel.x)).triangle;
         hit = hits(projection, id, ray_from_projected(receiver.q), depth - rounding);
     }
-    return hit;
+    return select(1.0, 0.0, hit);
+}
+
+// Rounding may move a receiver at the border.
+fn is_on_map(size: vec2<f32>, texel: vec2<f32>) -> bool {
+    return all(abs(texel - 0.5 * size) <= 0.5 * size + 0.5);
+}
+
+// A receiver in the light's projection.
+struct Place {
+    centred: vec2<f32>,
+    normal: vec3<f32>,          // of its plane, a covector of projection space
+    slope_bias: vec2<f32>,      // per texel along each axis
+    even_bias: f32,
+    world_slope: f32,
+}
+
+// A point of the disc is compared as the texel's own ray meets the receiver's plane there, so that a plane
+// never shadows itself. What falls off the layer says nothing: the mean is over the rest.
+fn share_in_disc(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    receiver: Receiver,
+    place: Place,
+    middle: vec2<f32>,
+) -> f32 {
+    let size = vec2<f32>(projection.size);
+    // Axes across the light's ray, after Duff et al., "Building an orthonormal basis, revisited", 2017.
+    let ray = normalize(receiver.from_light);
+    let side = select(-1.0, 1.0, ray.z >= 0.0);
+    let a = -1.0 / (side + ray.z);
+    let right = vec3<f32>(1.0 + side * ray.x * ray.x * a, side * ray.x * ray.y * a, -side * ray.x);
+    let up = vec3<f32>(ray.x * ray.y * a, side + ray.y * ray.y * a, -ray.y);
+    let right_step = projected_from_offset(projection, right * receivers.filter_radius);
+    let up_step = projected_from_offset(projection, up * receivers.filter_radius);
+    var tests = 0;
+    var lit = 0;
+    for (var i = 0u; i < samples; i += 1u) {
+        let offset = point_of_disc(i);
+        var texel = middle + offset * receivers.filter_radius;
+        if is_unwarped {
+            let q = receiver.q + right_step * offset.x + up_step * offset.y;
+            let linear = centred_texel_from_projected(projection, q) + projection.centre;
+            texel = warped_from_linear(warp, linear / size).uv * size;
+            texel = select(vec2<f32>(-1e8), texel, is_on_map(size, linear));
+        }
+        if is_on_map(size, texel) {
+            tests += 1;
+            lit += i32(is_lit_at(receivers, projection, warp, receiver, place, texel));
+        }
+    }
+    if tests == 0 {
+        return f32(is_lit_at(receivers, projection, warp, receiver, place, middle));
+    }
+    return f32(lit) / f32(tests);
+}
+
+// Point i of a spiral that covers the unit disc evenly (Vogel, "A better way to construct the sunflower
+// head", 1979), with two arms: points come in pairs opposite each other, so that their mean is the middle,
+// where an odd number has one more.
+fn point_of_disc(i: u32) -> vec2<f32> {
+    let odd = samples & 1u;
+    let pair = (i + odd) / 2u;
+    let radius = sqrt(f32(2u * pair + 1u - odd) / f32(samples));
+    let angle = f32(pair) * 1.9416111;           // half of the golden angle's complement
+    let arm = 1.0 - 2.0 * f32((i + odd) & 1u);
+    return arm * radius * vec2<f32>(cos(angle), sin(angle));
+}
+
+fn is_lit_at(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    receiver: Receiver,
+    place: Place,
+    at: vec2<f32>,
+) -> bool {
+    let size = vec2<f32>(projection.size);
+    let texel = vec2<i32>(clamp(floor(at), vec2<f32>(0.0), size - 1.0));
+    let step = linear_from_texel(warp, texel, projection.size) * size - projection.centre - place.centred;
+    let plane = depth_of_neighbour(projection, place.normal, receiver.q, step * receivers.receiver_plane, DISC_REACH);
+    // The farther, the more a slope's bias must take off.
+    let bias = place.even_bias + dot(place.slope_bias, max(vec2<f32>(1.0), abs(step)));
+    let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
+    return depth_from_z(projection, plane - bias) <= stored.depth;
 }
 
 fn depth_from_z(projection: Projection, z: f32) -> f32 {

@@ -90,6 +90,12 @@ def test_small_and_empty_images():
 def test_partly_lit_counts_as_lit_from_one_half_on():
     image = np.array([[0.5, 0.49]])
     assert lx.compare(image, np.array([[1.0, 0.0]])).misclassified_count == 0
+    image = np.array([[0.3, 0.0, 1.0, 0.7, 0.5, np.nan]])
+    result = lx.compare(image, np.array([[1.0, 0.0, 1.0, 0.0, 1.0, np.nan]]))
+    assert (result.false_shadow_count, result.false_lit_count) == (1, 1)
+    assert result.partly_lit_count == 3
+    assert np.array_equal(result.partly_lit, [[True, False, False, True, True, False]])
+    assert str(result).endswith("0 ties not counted; 3 partly lit")
 
 
 def test_ties_are_not_counted(view, truth):

@@ -24,8 +24,10 @@ class Comparison:
     """A visibility image against the truth. All that costs time is computed on first use.
 
     A pixel is *misclassified* where the image says lit and the truth says shadow (*false lit*) or
-    the other way round (*false shadow*). Partly lit pixels count as lit from one half on. Ties of
-    the reference are never misclassified, and count as right in every number here.
+    the other way round (*false shadow*). Partly lit pixels, as filters make them, are taken for lit
+    from one half on and for shadow below: the edge that is judged is the middle of the penumbra,
+    and the penumbra itself is no error. Ties of the reference are never misclassified, and count as
+    right in every number here.
 
     Attributes
     ----------
@@ -37,6 +39,8 @@ class Comparison:
         Where the truth sees a surface.
     judged : (H, W) bool
         Where it does and there is no tie.
+    partly_lit : (H, W) bool
+        Where the image says neither lit nor in shadow, of those that are judged.
     facing : (H, W) bool or None
         Where that surface faces the light; None for a reference that is a plain array, or whose
         scene has moved since.
@@ -46,6 +50,7 @@ class Comparison:
     expected: npt.NDArray[np.bool_]
     covered: npt.NDArray[np.bool_]
     judged: npt.NDArray[np.bool_]
+    partly_lit: npt.NDArray[np.bool_]
     facing: npt.NDArray[np.bool_] | None
 
     # --- Masks ---
@@ -91,6 +96,11 @@ class Comparison:
     def tie_count(self) -> int:
         """Covered pixels that are not judged, because the truth itself turns on rounding."""
         return int(np.count_nonzero(self.covered & ~self.judged))
+
+    @cached_property
+    def partly_lit_count(self) -> int:
+        """Judged pixels with a visibility between 0 and 1, each taken for lit or in shadow."""
+        return int(np.count_nonzero(self.partly_lit))
 
     @cached_property
     def facing_count(self) -> int | None:
@@ -184,7 +194,8 @@ class Comparison:
         """Every number by name, for a table; computes all of them."""
         names = (
             "misclassified_count", "false_lit_count", "false_shadow_count",
-            "covered_count", "facing_count", "tie_count", "rate_covered", "rate_facing",
+            "covered_count", "facing_count", "tie_count", "partly_lit_count",
+            "rate_covered", "rate_facing",
             "ssim", "hausdorff", "edge_displacement_mean", "edge_displacement_p95",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
@@ -197,6 +208,7 @@ class Comparison:
             + (f"; {facing:.3%} of lit-facing" if facing is not None else "")
             + f"): {self.false_lit_count:,} false lit, {self.false_shadow_count:,} false shadow; "
             f"{self.tie_count:,} ties not counted"
+            + (f"; {self.partly_lit_count:,} partly lit" if self.partly_lit_count else "")
         )
 
     def __repr__(self) -> str:
@@ -217,7 +229,7 @@ def compare(
     Parameters
     ----------
     visibility : (H, W) float, or Frame
-        Values in [0, 1], NaN where no surface is seen.
+        Values in [0, 1], NaN where no surface is seen; from one half on taken for lit.
     reference : Reference, or (H, W) float
         The truth. A plain array has no ties and does not know which surfaces face the light.
 
@@ -271,6 +283,7 @@ def compare(
         expected=expected,
         covered=covered,
         judged=judged,
+        partly_lit=judged & (image > 0.0) & (image < 1.0),
         facing=facing,
     )
 

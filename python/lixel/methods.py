@@ -39,6 +39,8 @@ Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic"
 Optimizer: TypeAlias = Literal["paper", "simplex"]
 Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 
+Space: TypeAlias = Literal["warped", "unwarped"]
+
 GridWarp: TypeAlias = Literal["none", "rtw", "notw"]
 
 # Tiles of 16 texels are counted in 8 bits.
@@ -55,6 +57,78 @@ def _check_not_negative(method: ShadowMethod, *parameters: str) -> None:
         value = getattr(method, parameter)
         if value is not None and not 0.0 <= value < math.inf:
             raise ValueError(f"{parameter} must be finite and not negative, got {value}")
+
+
+@dataclass(frozen=True)
+class Pcf:
+    """Percentage closer filtering: ``lookup=Pcf(...)`` of any method that looks up a shadow map.
+
+    The visibility of a receiver is the share of depth tests that find it lit, in [0, 1], over
+    points that cover a disc around it evenly:
+
+    .. math:: v = \\frac{1}{n} \\sum_{i=1}^{n} \\mathrm{lit}(p + r s_i)
+
+    Each is a ``"depth"`` lookup in the texel that the point falls in, on that texel's own ray. With
+    the automatic bias the receiver's plane is evaluated there, so that a plane never shadows
+    itself. Points off the layer (the map's border, the edge of a cube's face, the end of a cascade)
+    are left out of the mean; a receiver off the map is lit, as in every lookup.
+
+    Limits: where surfaces meet, the disc of one takes in texels of the other, which may be before
+    its plane: a dark line along concave edges, as wide as the disc. The map of
+    `SceneOptimized` holds no more than what is in shadow, and the lit half of a penumbra only with
+    ``samples="facing"``. All points have the same
+    weight, so that a penumbra ends where the radius says; Rosen weighs and jitters them.
+
+    Parameters
+    ----------
+    radius : float
+        Of the disc, in texels of the map as it is stored (``"warped"``), or in world units across
+        the receiver's light ray (``"unwarped"``). The penumbra of a straight edge is twice as wide.
+        0: the ``"depth"`` lookup.
+    samples : int
+        Points in the disc, from 1 to 1024. There are as many steps between lit and shadow.
+    space : {"warped", "unwarped"}
+        ``"warped"``: shadow edges are antialiased, and sharper where a warp spends more texels.
+        ``"unwarped"``: soft edges, equally wide whatever the map; each point is warped by itself.
+
+    Raises
+    ------
+    TypeError
+        A parameter of the wrong kind.
+    ValueError
+        A value out of range; the message names the parameter, the rule and the value.
+
+    References
+    ----------
+    W. Reeves, D. Salesin, R. Cook, "Rendering antialiased shadows with depth maps", SIGGRAPH 1987;
+    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 6.2.
+
+    Examples
+    --------
+    >>> soft = RectilinearWarp(lookup=Pcf(radius=0.1, samples=32, space="unwarped"))
+    >>> soft.lookup.samples
+    32
+    """
+
+    radius: float = 2.0
+    samples: int = 16
+    space: Space = "warped"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", real("radius", self.radius))
+        if not 0.0 <= self.radius < math.inf:
+            raise ValueError(f"radius must be finite and not negative, got {self.radius}")
+        object.__setattr__(self, "samples", count("samples", self.samples, "points"))
+        if self.samples > _MOST_SAMPLES:
+            raise ValueError(f"samples must be at most {_MOST_SAMPLES}, got {self.samples}")
+        _check_choice("space", self.space, get_args(Space))
+
+    def __str__(self) -> str:
+        return f"pcf(radius={self.radius!r}, samples={self.samples}, space={self.space})"
+
+
+# Loops of a driver may end at 65,535 iterations, and an invocation takes up to 32 pixels.
+_MOST_SAMPLES = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,8 +149,9 @@ class ShadowMethod:
         return self.name
 
     def parameters(self) -> dict[str, Any]:
-        """Every parameter by name."""
-        return dataclasses.asdict(self)
+        """Every parameter by name; a filter as text."""
+        values = ((entry.name, getattr(self, entry.name)) for entry in dataclasses.fields(self))
+        return {name: str(v) if isinstance(v, Pcf) else v for name, v in values}
 
     @property
     def map_resolution(self) -> int | None:
@@ -98,7 +173,7 @@ class ShadowMapMethod(ShadowMethod):
     ----------
     resolution : int
         Texels along each side of the map.
-    lookup : {"auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"}
+    lookup : {"auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
         How a receiver is compared with the map.
 
         - ``"depth"``: with the depth in its texel.
@@ -107,6 +182,7 @@ class ShadowMapMethod(ShadowMethod):
           none of these texels saw is missed, as many are where triangles are smaller than texels.
         - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if at least seven of the nine
           depth tests there say so, which finds casters smaller than a texel.
+        - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
     bias : {"auto", "constant", "slope", "receiver_plane"}
         How far a receiver may lie behind the depth of its texel and still be lit.
 
@@ -132,14 +208,16 @@ class ShadowMapMethod(ShadowMethod):
     """
 
     resolution: int = 1024
-    lookup: Lookup = "auto"
+    lookup: Lookup | Pcf = "auto"
     bias: Bias = "auto"
     constant_bias: float | None = None
     slope_bias: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "resolution", count("resolution", self.resolution, "texels"))
-        _check_choice("lookup", self.lookup, get_args(Lookup))
+        if not isinstance(self.lookup, Pcf) and self.lookup not in get_args(Lookup):
+            known = ", ".join(map(repr, get_args(Lookup)))
+            raise ValueError(f"lookup must be one of {known} or a lixel.Pcf, got {self.lookup!r}")
         _check_choice("bias", self.bias, get_args(Bias))
         if self.constant_bias is not None:
             object.__setattr__(self, "constant_bias", real("constant_bias", self.constant_bias))
@@ -339,9 +417,6 @@ class WarpMethod(ShadowMapMethod):
             weights = getattr(self, parameter)
             if weights is not None:
                 object.__setattr__(self, parameter, _weights(parameter, weights))
-
-    def parameters(self) -> dict[str, Any]:
-        return {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self)}
 
 
 def _weights(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -715,10 +790,6 @@ class SceneOptimized(ShadowMapMethod):
         _check_samples(self)
         if self.previous is not None:
             object.__setattr__(self, "previous", _previous_matrix(self.previous))
-
-    def parameters(self) -> dict[str, Any]:
-        """Every parameter by name."""
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
 
 
 def _previous_matrix(previous: Any) -> Matrix | None:

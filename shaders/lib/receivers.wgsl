@@ -21,7 +21,8 @@ struct Receivers {
     region: array<vec4<f32>, 4>,
     beam_bias: f32,             // world units per growth of a texel's beam
     receiver_plane: f32,        // 1: compare with the receiver's plane on the texel's ray, 0: with the receiver
-    padding: vec2<f32>,
+    filter_radius: f32,         // of percentage closer filtering: texels of the warped map, or world units
+    padding: f32,
     // Rows of the affine map from camera projection space to the light's projection space.
     light_x: vec4<f32>,
     light_y: vec4<f32>,

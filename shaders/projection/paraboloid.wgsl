@@ -69,12 +69,12 @@ fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<
     return -length(q) * changes / (dot(normal, ray) * projection.scale);
 }
 
-// Depth of the plane through a point where a ray `step` texels away meets it; no more than twice as
-// near or as far, because a plane at grazing incidence ends within a texel.
-fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>) -> f32 {
+// Depth of the plane through a point where a ray `step` texels away meets it; no more than `most` times
+// as near or as far.
+fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>, most: f32) -> f32 {
     let ray = ray_from_texel(projection, plane_from_projected(q) * projection.scale + step);
     let growth = dot(normal, ray) * length(q) / dot(normal, q);
-    return length(q) / clamp(growth, 0.5, 2.0);
+    return length(q) / clamp(growth, 1.0 / most, most);
 }
 
 // How much wider a texel's beam is at a point than at the depth that widths are given for.

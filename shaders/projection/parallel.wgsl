@@ -45,7 +45,7 @@ fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<
 }
 
 // Depth of the plane through a point where a ray `step` texels away meets it.
-fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>) -> f32 {
+fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>, most: f32) -> f32 {
     return q.z + dot(-normal.xy / normal.z, step);
 }
 

@@ -43,11 +43,11 @@ fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<
     return -normal.xy * q.z * q.z / dot(normal, q);
 }
 
-// Depth of the plane through a point where a ray `step` texels away meets it; no more than twice as
-// near or as far, because a plane at grazing incidence ends within a texel.
-fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>) -> f32 {
+// Depth of the plane through a point where a ray `step` texels away meets it; no more than `most` times
+// as near or as far.
+fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>, most: f32) -> f32 {
     let growth = 1.0 + q.z * dot(normal.xy, step) / dot(normal, q);
-    return q.z / clamp(growth, 0.5, 2.0);
+    return q.z / clamp(growth, 1.0 / most, most);
 }
 
 // How much wider a texel's beam is at a point than at the depth that widths are given for.

@@ -139,7 +139,7 @@ impl Analysis {
             let small = layers
                 .iter()
                 .map(|layer| layer.with_resolution(self.resolution));
-            let plain = view.shadows(map, small.map(Plan::from).collect())?;
+            let plain = view.shadows(&map.without_filter(), small.map(Plan::from).collect())?;
             boundary = Some(view.boundary(&plain.visibility, self.boundary_weight)?);
         }
         Ok(Prepared {

@@ -1,7 +1,7 @@
 //! Parameters of methods: names to values, checked with errors that name the parameter.
 
 use crate::error::{Error, Result, ensure_value};
-use crate::passes::lookup::{Comparison, DepthBias};
+use crate::passes::lookup::{Comparison, DepthBias, Filter};
 use crate::projection::{Kind, Projection};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
@@ -200,6 +200,30 @@ impl Parameters {
         })
     }
 
+    /// One of `LOOKUPS`, or a filter: `"pcf(radius=2.0, samples=16, space=warped)"`.
+    fn take_lookup(&mut self) -> Result<Comparison> {
+        let filter = match self.0.get("lookup") {
+            Some(Value::Text(text)) => filter_from_text(text),
+            _ => None,
+        };
+        let Some(filter) = filter else {
+            return self.take_choice("lookup", LOOKUPS);
+        };
+        self.take("lookup");
+        let Filter {
+            radius, samples, ..
+        } = filter;
+        ensure_value!(
+            radius.is_finite() && radius >= 0.0,
+            "radius must be finite and not negative, got {radius}"
+        );
+        ensure_value!(
+            (1..=MOST_SAMPLES).contains(&samples),
+            "samples must be from 1 to {MOST_SAMPLES}, got {samples}"
+        );
+        Ok(Comparison::filtered(filter))
+    }
+
     /// One of a few words.
     pub fn take_choice<T: Copy>(&mut self, name: &str, choices: &[(&str, T)]) -> Result<T> {
         let value = self.take(name);
@@ -214,6 +238,23 @@ impl Parameters {
             known.join(", ")
         )))
     }
+}
+
+/// Depth tests of a pixel; with the rows of an invocation they stay below 65,535 iterations.
+const MOST_SAMPLES: u32 = 1024;
+
+fn filter_from_text(text: &str) -> Option<Filter> {
+    let mut parts = text.strip_prefix("pcf(")?.strip_suffix(')')?.split(", ");
+    let filter = Filter {
+        radius: parts.next()?.strip_prefix("radius=")?.parse().ok()?,
+        samples: parts.next()?.strip_prefix("samples=")?.parse().ok()?,
+        is_unwarped: match parts.next()? {
+            "space=warped" => false,
+            "space=unwarped" => true,
+            _ => return None,
+        },
+    };
+    parts.next().is_none().then_some(filter)
 }
 
 /// Beyond this a map's texels would not count in 32 bits.
@@ -253,6 +294,7 @@ const fn comparison(reach: u8, triangles: bool, depths: bool) -> Comparison {
         reach,
         triangles,
         depths,
+        filter: None,
     }
 }
 
@@ -276,6 +318,16 @@ impl MapParameters {
         }
     }
 
+    /// For a first pass that asks where shadows are: each receiver lit or not.
+    pub fn without_filter(&self) -> Self {
+        let mut lookup = self.lookup;
+        lookup.filter = None;
+        Self {
+            lookup,
+            ..self.clone()
+        }
+    }
+
     pub fn defaults() -> Vec<(&'static str, Value)> {
         vec![
             ("resolution", Value::Int(1024)),
@@ -289,7 +341,7 @@ impl MapParameters {
     pub fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         Ok(Self {
             resolution: parameters.take_resolution("resolution")?,
-            lookup: parameters.take_choice("lookup", LOOKUPS)?,
+            lookup: parameters.take_lookup()?,
             bias: parameters.take_choice("bias", BIASES)?,
             constant_bias: parameters.take_optional("constant_bias")?,
             slope_bias: parameters.take_non_negative("slope_bias")?,
@@ -372,6 +424,7 @@ mod tests {
             ("resolution", Value::Int(1 << 40), "got 1099511627776"),
             ("bias", Value::Text("none".into()), "got \"none\""),
             ("slope_bias", Value::Float(-1.0), "got -1"),
+            ("lookup", Value::Text("pcf".into()), "got \"pcf\""),
             ("constant_bias", Value::Float(f64::NAN), "got NaN"),
             ("colour", Value::Int(1), "got \"colour\""),
         ] {

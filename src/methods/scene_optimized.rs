@@ -131,7 +131,8 @@ impl SceneOptimized {
                     return Ok(vec![]);
                 }
                 let plans = focused.into_iter().map(Plan::from).collect();
-                let visibility = view.sampled_visibility(&samples, &self.map, plans)?;
+                let visibility =
+                    view.sampled_visibility(&samples, &self.map.without_filter(), plans)?;
                 self.chosen(&samples, facing, &visibility)
             }
         };

@@ -38,7 +38,7 @@ impl DepthBias {
 }
 
 /// How a receiver is compared with the texels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
     /// Texels on each side of the receiver's own.
     pub reach: u8,
@@ -46,6 +46,18 @@ pub struct Comparison {
     pub triangles: bool,
     /// Whether depth tests that all agree decide.
     pub depths: bool,
+    /// Depth tests in a disc instead, whose mean is the answer.
+    pub filter: Option<Filter>,
+}
+
+/// Percentage closer filtering.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filter {
+    /// Of the disc: in texels of the warped map, or in world units.
+    pub radius: f64,
+    pub samples: u32,
+    /// Whether the disc lies across the receiver's light ray, before the warp, or in the warped map.
+    pub is_unwarped: bool,
 }
 
 impl Comparison {
@@ -53,7 +65,16 @@ impl Comparison {
         reach: 0,
         triangles: false,
         depths: true,
+        filter: None,
     };
+
+    pub fn filtered(filter: Filter) -> Self {
+        Self {
+            // Without a radius every test is the receiver's own.
+            filter: Some(filter).filter(|filter| filter.radius > 0.0),
+            ..Self::DEPTH
+        }
+    }
 
     pub fn target(self) -> Target {
         if self.triangles {
@@ -75,7 +96,7 @@ pub struct Looked<'a> {
 }
 
 /// The visibility image, its content undefined until the first layer was looked up. Per pixel,
-/// float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+/// float32: 1 lit, 0 in shadow, in between with a filter, NaN where no surface is seen.
 pub fn visibility_image(frame: &Frame, camera: &Camera) -> Result<PooledBuffer> {
     frame.storage("visibility image", 4 * camera.pixel_count() as u64)
 }
@@ -116,6 +137,8 @@ pub fn lookup(
     uniform.beam_bias = beam as f32;
     uniform.slope_bias = bias.slope as f32;
     uniform.receiver_plane = f32::from(u8::from(bias.receiver_plane));
+    let filter = comparison.filter;
+    uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
     uniform.rounding = (bias.rounding * unit) as f32;
     let uniform = frame.uniform("receivers", &uniform);
     let projection = frame.uniform("projection", &projection.uniform(seen.scene.origin));
@@ -126,6 +149,14 @@ pub fn lookup(
         ("reach", f64::from(comparison.reach)),
         ("uses_triangles", flag(comparison.triangles)),
         ("uses_depths", flag(comparison.depths)),
+        (
+            "samples",
+            filter.map_or(0.0, |filter| f64::from(filter.samples)),
+        ),
+        (
+            "is_unwarped",
+            flag(filter.is_some_and(|filter| filter.is_unwarped)),
+        ),
         ("is_first", flag(is_first)),
         ("has_low_parts", flag(seen.scene.has_low_parts)),
     ];

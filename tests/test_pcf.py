@@ -1,0 +1,218 @@
+"""Percentage closer filtering in warped and in unwarped coordinates (Rosen, section 6.2)."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+
+import lixel as lx
+
+WARPED = lx.Pcf(radius=3.0, samples=32, space="warped")
+SOFT = lx.Pcf(radius=0.4, samples=64, space="unwarped")
+SUN = lx.DirectionalLight((0.0, -1.0, -0.3))
+LAMP = lx.PointLight((0.5, 9.0, 1.0))
+OF_A_LAMP = ("cube", "dual_paraboloid", "cube+notw", "dual_paraboloid+rtw")
+
+
+def with_lookup(method: str, lookup: str | lx.Pcf, resolution: int = 256) -> lx.Method:
+    # A map of what is in shadow has no room for the lit half of a penumbra.
+    more = {"samples": "facing"} if method == "scene_optimized" else {}
+    return dataclasses.replace(lx.method_from(method), resolution=resolution, lookup=lookup, **more)
+
+
+def square(half: float, y: float, shift: float = 0.0) -> np.ndarray:
+    """Two triangles, (2, 3, 3), in the plane of a height."""
+    a, b, c, d = ([shift + x, y, z] for x, z in
+                  ((-half, -half), (half, -half), (half, half), (-half, half)))  # fmt: skip
+    return np.array([[a, c, b], [a, d, c]])
+
+
+def scene_of(*squares: np.ndarray) -> lx.Scene:
+    corners = np.concatenate(squares).reshape(-1, 3)
+    return lx.Scene(corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+# Under the plate of `edge`.
+CAMERA = lx.Camera.look_at((0.2, 1.5, 4.0), (0.0, 0.0, 0.0), yfov=0.8, width=240, height=135)
+
+
+@cache
+def edge() -> lx.Scene:
+    """A floor, half of it under a plate whose edge is above x = 0."""
+    return scene_of(square(30.0, 0.0), square(15.0, 2.0, shift=-15.0))
+
+
+def floor_only(frame: lx.Frame) -> np.ndarray:
+    near = (np.abs(frame.position) < 8.0).all(axis=-1)
+    return near & (np.abs(frame.position[..., 1]) < 1e-6)
+
+
+def methods_and_lights() -> list[tuple[str, lx.Light]]:
+    return [(method, light) for light in (SUN, LAMP) for method in lx.methods.MAP_METHODS] + [
+        (method, LAMP) for method in OF_A_LAMP
+    ]
+
+
+@pytest.mark.parametrize("height", [1.0, 0.05, 0.003])
+@pytest.mark.parametrize("lookup", [dataclasses.replace(WARPED, radius=8.0), SOFT])
+def test_a_lit_plane_stays_lit_at_grazing_angles(lookup, height):
+    scene = scene_of(square(30.0, 0.0))
+    sun = lx.DirectionalLight((-1.0, -height, 0.4))
+    lamp = lx.PointLight((3.0, 20.0 * height, 1.0))
+    for method, light in methods_and_lights():
+        shown = lx.render_shadows(
+            scene, CAMERA, sun if light is SUN else lamp, with_lookup(method, lookup)
+        )
+        assert not (shown < 1.0).any(), (method, light)
+
+
+@pytest.mark.parametrize("light", [SUN, LAMP], ids=["sun", "lamp"])
+def test_unwarped_penumbras_have_the_radius_in_world_units_whatever_the_map(light):
+    methods = [method for method, made_for in methods_and_lights() if made_for is light]
+    for method in methods:
+        if method == "improved_paraboloid":
+            continue  # its texels are wider than the radius here
+        frame = lx.render(edge(), CAMERA, light, with_lookup(method, SOFT, 1024))
+        seen = floor_only(frame)
+        # The edge's shadow is where the ray through (0, 2, z) meets the floor.
+        x = frame.position[..., 0]
+        if light is SUN:
+            across = x
+        else:
+            end = 0.5 - 0.5 * 9.0 / 7.0
+            # From the plane of light through the edge.
+            across = (x - end) * 9.0 / np.hypot(0.5 - end, 9.0)
+        partly = seen & (frame.visibility > 0.0) & (frame.visibility < 1.0)
+        texel = 30.0 / 1024 * (3.0 if light is LAMP else 1.0)
+        slack = 0.06 + texel
+        assert partly.sum() > 200, method
+        assert np.abs(across[partly]).max() < SOFT.radius + slack, method
+        # It is as wide as that, too: nearly all of a pixel's samples fall on one side at its ends.
+        assert across[partly].min() < -0.85 * SOFT.radius + slack, method
+        assert across[partly].max() > 0.85 * SOFT.radius - slack, method
+        # The share of a disc to one side of a line, at the line's distance from its middle.
+        t = np.clip(across / SOFT.radius, -1.0, 1.0)
+        expected = 0.5 + (t * np.sqrt(1.0 - t * t) + np.arcsin(t)) / np.pi
+        error = (frame.visibility - expected)[seen]
+        assert abs(error[np.abs(across[seen]) < 1.0].mean()) < 0.01, method
+        assert np.abs(error).max() < 0.15, method
+
+
+@pytest.mark.parametrize("method", ["uniform", "desired_view", "focused", "rtw"])
+def test_warped_penumbras_have_the_radius_in_texels(method):
+    # Not along the texels' columns, where the edge would be moved by up to half of one.
+    sun = lx.DirectionalLight((0.35, -1.0, -0.6))
+    frame = lx.render(edge(), CAMERA, sun, with_lookup(method, WARPED))
+    seen = floor_only(frame)
+    points = frame.position[seen]
+    at_edge = points * (0.0, 1.0, 1.0) + (0.7, 0.0, 0.0)
+
+    def texels(places: np.ndarray) -> np.ndarray:
+        h = np.c_[places, np.ones(len(places))] @ frame.light_matrix[0].T
+        linear = h[:, :2] / h[:, 3:] / 256
+        warp = frame.warp_map
+        return 256 * (lx.warp_points(warp[0], linear) if len(warp) else linear)
+
+    # In texels from the edge's shadow, across it.
+    here, there = texels(points), texels(at_edge)
+    along = texels(at_edge + np.array([0.0, 0.0, 1e-3])) - there
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    offset = here - there
+    across = np.abs(offset[:, 0] * along[:, 1] - offset[:, 1] * along[:, 0])
+    across *= np.sign(points[:, 0] - 0.7)
+    visible = frame.visibility[seen]
+    partly = (visible > 0.0) & (visible < 1.0)
+    assert partly.sum() > 100
+    # A sample is answered at the middle of its texel: up to half of a diagonal more.
+    assert np.abs(across[partly]).max() < WARPED.radius + 0.75
+    assert across[partly].min() < -0.75 * WARPED.radius
+    assert across[partly].max() > 0.75 * WARPED.radius
+    # The true edge lies in the middle.
+    near = np.abs(across) < 6.0
+    assert abs((visible - (across > 0.0))[near].mean()) < 0.02
+
+
+@pytest.mark.parametrize("space", ["warped", "unwarped"])
+@pytest.mark.parametrize("samples", [1, 2, 5, 16])
+def test_shares_are_those_of_so_many_samples(samples, space):
+    lookup = lx.Pcf(0.3 if space == "unwarped" else 2.0, samples, space)
+    shown = lx.render_shadows(edge(), CAMERA, SUN, with_lookup("rtw", lookup))
+    shares = np.unique(shown[~np.isnan(shown)])
+    assert ((shares >= 0.0) & (shares <= 1.0)).all()
+    # But for points off the map, which are left out of the mean.
+    whole = np.unique((np.arange(samples + 1) / samples).astype(np.float32))
+    assert np.isin(shown[40:90, 90:150], whole).all()
+    assert len(shares) >= min(samples, 4) + 1
+
+
+@pytest.mark.parametrize("space", ["warped", "unwarped"])
+def test_no_radius_is_the_depth_lookup(view, space):
+    for method in ("uniform", "rtw", "notw", "cascades"):
+        depth = lx.render_shadows(*view, with_lookup(method, "depth"))
+        filtered = lx.render_shadows(*view, with_lookup(method, lx.Pcf(0, 16, space)))
+        assert depth.tobytes() == filtered.tobytes()
+
+
+@pytest.mark.parametrize("lookup", [WARPED, SOFT], ids=["warped", "unwarped"])
+def test_same_bytes_at_every_run(view, lookup):
+    for method in ("rtw", "notw", "cascades"):
+        runs = {lx.render_shadows(*view, with_lookup(method, lookup)).tobytes() for _ in range(3)}
+        assert len(runs) == 1
+
+
+def test_a_shadow_has_no_light_line_where_layers_meet():
+    """Points off a face or a cascade are left out rather than lit."""
+    roof = scene_of(square(30.0, 0.0), square(60.0, 4.0))
+    for method, light in (
+        ("cascades", SUN),
+        ("cube", lx.PointLight((0.4, 9.0, 0.3))),
+        ("uniform", lx.PointLight((0.4, 9.0, 0.3))),
+        ("desired_view", SUN),
+    ):
+        for lookup in (WARPED, SOFT):
+            frame = lx.render(roof, CAMERA, light, with_lookup(method, lookup))
+            assert (frame.visibility[floor_only(frame)] == 0.0).all(), method
+
+
+@pytest.mark.parametrize("importance", ["distance*boundary"])
+def test_boundaries_are_those_of_hard_shadows(view, importance):
+    """The first pass that finds them is not filtered: the same warp with and without."""
+    warps = [
+        lx.render(
+            *view,
+            lx.RectilinearWarp(
+                importance=importance, resolution=128, analysis_resolution=64, lookup=lookup
+            ),
+        ).warp_map.tobytes()
+        for lookup in ("depth", lx.Pcf(8.0, 64))
+    ]
+    assert warps[0] == warps[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"radius": -1.0}, ValueError, "radius must be finite and not negative, got -1.0"),
+        ({"radius": float("nan")}, ValueError, "radius must be finite and not negative, got nan"),
+        ({"radius": float("inf")}, ValueError, "radius must be finite and not negative, got inf"),
+        ({"radius": "2"}, TypeError, "radius must be a real number, got '2'"),
+        ({"samples": 0}, ValueError, "samples must be at least 1 .* got 0"),
+        ({"samples": 1025}, ValueError, "samples must be at most 1024, got 1025"),
+        ({"samples": 4.0}, TypeError, "samples must be an integer, got 4.0"),
+        ({"space": "world"}, ValueError, "space must be one of 'warped', 'unwarped', got 'world'"),
+    ],
+)
+def test_bad_filters_are_named(arguments, error, words):
+    with pytest.raises(error, match=words):
+        lx.Pcf(**arguments)
+
+
+def test_filters_are_parameters_like_others():
+    method = lx.RectilinearWarp(lookup=lx.Pcf(0.5, 8, "unwarped"))
+    assert method == lx.RectilinearWarp(lookup=lx.Pcf(0.5, 8, "unwarped"))
+    assert method.parameters()["lookup"] == "pcf(radius=0.5, samples=8, space=unwarped)"
+    with pytest.raises(ValueError, match=r"lookup must be one of 'auto', .* or a lixel\.Pcf, got"):
+        lx.Uniform(lookup="pcf")  # type: ignore[arg-type]
