@@ -12,6 +12,7 @@
 pub mod aliasing;
 pub mod bvh;
 pub mod camera;
+pub mod edges;
 pub mod error;
 pub mod frustum;
 pub mod geometry;

@@ -157,6 +157,15 @@ MOST_WRONG = {
         "terrain": 89,
     },
     "exact": dict.fromkeys(GENERATORS, 0),
+    "shadow_volumes": {
+        "plane_and_box": 0,
+        "objects_on_floor": 0,
+        "colonnade": 2,
+        "city": 4,
+        "grass": 33,
+        "needles": 30,
+        "terrain": 9,
+    },
 }
 
 

@@ -57,6 +57,19 @@ pub struct Dispatch<'a> {
     pub groups: Groups<'a>,
 }
 
+/// One draw of a pass, triangle by triangle.
+pub struct Draw<'a> {
+    pub pipeline: &'a wgpu::RenderPipeline,
+    /// Bindings of group 0, by their index.
+    pub bindings: Vec<Binding<'a>>,
+    pub vertices: Vertices<'a>,
+}
+
+pub enum Vertices<'a> {
+    Number(u32),
+    Indirect(&'a wgpu::Buffer),
+}
+
 pub enum Groups<'a> {
     /// At least this many workgroups, laid out so that no dimension exceeds the limit; the shader
     /// takes `group.y * groups.x + group.x` as its index.
@@ -133,26 +146,11 @@ impl Frame {
         let bind_groups: Vec<_> = dispatches
             .iter()
             .map(|dispatch| {
-                let entries: Vec<_> = dispatch
-                    .bindings
-                    .iter()
-                    .map(|(binding, resource)| wgpu::BindGroupEntry {
-                        binding: *binding,
-                        resource: resource.clone(),
-                    })
-                    .collect();
-                self.gpu
-                    .device
-                    .create_bind_group(&wgpu::BindGroupDescriptor {
-                        label: Some(label),
-                        layout: &dispatch.pipeline.get_bind_group_layout(0),
-                        entries: &entries,
-                    })
+                let layout = dispatch.pipeline.get_bind_group_layout(0);
+                self.bind_group(label, &layout, &dispatch.bindings)
             })
             .collect();
-        let query = 2 * self.labels.len() as u32;
-        assert!(query < 2 * MOST_PASSES, "too many passes in a submission");
-        self.labels.push(label);
+        let query = self.next_query(label);
         let mut pass = self
             .encoder
             .begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -178,6 +176,92 @@ impl Frame {
                 Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
             }
         }
+    }
+
+    /// Records a pass of the rasterization hardware: its draws in order over an image of (width, height),
+    /// timed together under the label. Fragments write to storage alone; the image is thrown away.
+    pub fn draw(&mut self, label: &'static str, (width, height): (u32, u32), draws: &[Draw]) {
+        let bind_groups: Vec<_> = draws
+            .iter()
+            .map(|draw| {
+                let layout = draw.pipeline.get_bind_group_layout(0);
+                self.bind_group(label, &layout, &draw.bindings)
+            })
+            .collect();
+        let query = self.next_query(label);
+        // A pass must have one.
+        let image = self.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d {
+                width,
+                height,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: super::UNUSED_IMAGE,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(label),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &image.create_view(&wgpu::TextureViewDescriptor::default()),
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Discard,
+                },
+            })],
+            timestamp_writes: self.queries.as_ref().map(|query_set| {
+                wgpu::RenderPassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(query),
+                    end_of_pass_write_index: Some(query + 1),
+                }
+            }),
+            ..Default::default()
+        });
+        for (draw, bind_group) in draws.iter().zip(&bind_groups) {
+            pass.set_pipeline(draw.pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            match draw.vertices {
+                Vertices::Number(count) => pass.draw(0..count, 0..1),
+                Vertices::Indirect(buffer) => pass.draw_indirect(buffer, 0),
+            }
+        }
+    }
+
+    fn bind_group(
+        &self,
+        label: &str,
+        layout: &wgpu::BindGroupLayout,
+        bindings: &[Binding],
+    ) -> wgpu::BindGroup {
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: resource.clone(),
+            })
+            .collect();
+        self.gpu
+            .device
+            .create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries: &entries,
+            })
+    }
+
+    /// The first of a pass's two timestamps.
+    fn next_query(&mut self, label: &'static str) -> u32 {
+        let query = 2 * self.labels.len() as u32;
+        assert!(query < 2 * MOST_PASSES, "too many passes in a submission");
+        self.labels.push(label);
+        query
     }
 
     /// Marks the first `count` elements of a storage buffer to be read after the next submission;

@@ -33,6 +33,7 @@ pub struct Gpu {
     pub limits: wgpu::Limits,
     is_cpu: bool,
     pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::ComputePipeline>>>,
+    render_pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::RenderPipeline>>>,
     pool: Mutex<Pool>,
     /// First error that no call returned; the frame that finds it fails with it.
     error: Arc<Mutex<Option<String>>>,
@@ -60,9 +61,27 @@ pub struct AdapterReport {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct PipelineKey {
     shader: Shader,
-    entry_point: &'static str,
+    /// The vertex stage's and the fragment stage's, where there are two.
+    entry_points: [&'static str; 2],
     constants: Vec<(&'static str, u64)>,
 }
+
+impl PipelineKey {
+    fn new(
+        shader: Shader,
+        entry_points: [&'static str; 2],
+        constants: &[(&'static str, f64)],
+    ) -> Self {
+        Self {
+            shader,
+            entry_points,
+            constants: constants.iter().map(|&(n, v)| (n, v.to_bits())).collect(),
+        }
+    }
+}
+
+/// Of the image that a render pass must have.
+pub const UNUSED_IMAGE: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 static GPU: LazyLock<Mutex<Option<Arc<Gpu>>>> = LazyLock::new(|| Mutex::new(None));
 
@@ -220,6 +239,7 @@ impl Gpu {
             limits,
             is_cpu: adapter.get_info().device_type == DeviceType::Cpu,
             pipelines: Mutex::default(),
+            render_pipelines: Mutex::default(),
             pool: Mutex::default(),
             error,
             lost,
@@ -271,15 +291,65 @@ impl Gpu {
         entry_point: &'static str,
         constants: &[(&'static str, f64)],
     ) -> Arc<wgpu::ComputePipeline> {
-        let key = PipelineKey {
-            shader,
-            entry_point,
-            constants: constants.iter().map(|&(n, v)| (n, v.to_bits())).collect(),
-        };
+        let key = PipelineKey::new(shader, [entry_point, ""], constants);
         lock(&self.pipelines)
             .entry(key)
             .or_insert_with(|| Arc::new(self.compile(shader, entry_point, constants)))
             .clone()
+    }
+
+    /// The compiled vertex and fragment stage of a shader, made at first use: triangles of either winding,
+    /// each pixel whose centre is covered once, nothing written but to storage.
+    pub fn render_pipeline(
+        &self,
+        shader: Shader,
+        entry_points: [&'static str; 2],
+        constants: &[(&'static str, f64)],
+    ) -> Arc<wgpu::RenderPipeline> {
+        let key = PipelineKey::new(shader, entry_points, constants);
+        lock(&self.render_pipelines)
+            .entry(key)
+            .or_insert_with(|| Arc::new(self.compile_stages(shader, entry_points, constants)))
+            .clone()
+    }
+
+    fn compile_stages(
+        &self,
+        shader: Shader,
+        [vertex, fragment]: [&str; 2],
+        constants: &[(&str, f64)],
+    ) -> wgpu::RenderPipeline {
+        let module = self.module(shader);
+        let compilation_options = wgpu::PipelineCompilationOptions {
+            constants,
+            ..Default::default()
+        };
+        self.device
+            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(&format!("{} {vertex} {fragment}", shader.file)),
+                layout: None,
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: compilation_options.clone(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(fragment),
+                    compilation_options,
+                    targets: &[Some(wgpu::ColorTargetState {
+                        format: UNUSED_IMAGE,
+                        blend: None,
+                        write_mask: wgpu::ColorWrites::empty(),
+                    })],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
     }
 
     fn compile(
@@ -288,23 +358,7 @@ impl Gpu {
         entry_point: &str,
         constants: &[(&str, f64)],
     ) -> wgpu::ComputePipeline {
-        let descriptor = wgpu::ShaderModuleDescriptor {
-            label: Some(shader.file),
-            source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
-        };
-        // Bounds checks and loop counters cost up to 100 times in inner loops; the tests run with them.
-        let module = if std::env::var_os("LIXEL_CHECKED_SHADERS").is_some() {
-            self.device.create_shader_module(descriptor)
-        } else {
-            // SAFETY: the shaders are this crate's own; every index is bounded by the length of its
-            // array or by what the host wrote, and every loop ends.
-            unsafe {
-                self.device.create_shader_module_trusted(
-                    descriptor,
-                    wgpu::ShaderRuntimeChecks::unchecked(),
-                )
-            }
-        };
+        let module = self.module(shader);
         self.device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(&format!("{} {entry_point}", shader.file)),
@@ -317,5 +371,25 @@ impl Gpu {
                 },
                 cache: None,
             })
+    }
+
+    fn module(&self, shader: Shader) -> wgpu::ShaderModule {
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(shader.file),
+            source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
+        };
+        // Bounds checks and loop counters cost up to 100 times in inner loops; the tests run with them.
+        if std::env::var_os("LIXEL_CHECKED_SHADERS").is_some() {
+            self.device.create_shader_module(descriptor)
+        } else {
+            // SAFETY: the shaders are this crate's own; every index is bounded by the length of its
+            // array or by what the host wrote, and every loop ends.
+            unsafe {
+                self.device.create_shader_module_trusted(
+                    descriptor,
+                    wgpu::ShaderRuntimeChecks::unchecked(),
+                )
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Gpu, lock};
 use crate::bvh::Bvh;
+use crate::edges::Edges;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use bytemuck::Zeroable;
@@ -25,6 +26,7 @@ pub struct SceneTables {
     pub triangle_count: u32,
     pub generation: u64,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
+    edges: Mutex<Option<Arc<EdgeTables>>>,
 }
 
 /// The search structure of the scene's triangles as `shaders/shadow_rays.wgsl` walks it.
@@ -64,6 +66,33 @@ impl HierarchyTables {
     }
 }
 
+/// The scene's edges as `shaders/shadow_volumes.wgsl` reads them.
+pub struct EdgeTables {
+    /// (vertex, vertex, first use, uses).
+    pub edges: wgpu::TextureView,
+    pub uses: wgpu::TextureView,
+    pub edge_count: u32,
+}
+
+impl EdgeTables {
+    fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
+        let Edges { edges, uses } = Edges::new(scene);
+        let new = |what, format, count: usize| new_table(gpu, what, format, count.max(1));
+        let tables = Self {
+            edges: new("edges", wgpu::TextureFormat::Rgba32Uint, edges.len())?,
+            uses: new("uses of edges", wgpu::TextureFormat::R32Uint, uses.len())?,
+            edge_count: edges.len() as u32,
+        };
+        let edges = edges.par_iter().map(|edge| {
+            let [a, b] = edge.vertices;
+            UVec4::new(a, b, edge.first_use, edge.use_count)
+        });
+        write_table(gpu, &tables.edges, edges.collect());
+        write_table(gpu, &tables.uses, uses);
+        Ok(tables)
+    }
+}
+
 /// Elements in a row of a table, as in `shaders/lib/tables.wgsl`.
 const ROW: usize = 1 << 12;
 
@@ -85,6 +114,7 @@ impl SceneTables {
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
             hierarchy: Mutex::default(),
+            edges: Mutex::default(),
         };
         tables.write(gpu, scene, high, low);
         Ok(tables)
@@ -103,18 +133,19 @@ impl SceneTables {
         self.bounds = scene.bounds();
         self.generation = scene.generation();
         *lock(&self.hierarchy) = None;
+        // Vertices that lay in one place may have parted.
+        *lock(&self.edges) = None;
         Ok(())
     }
 
     /// Built at first use and after the vertices moved; also says whether it was built now.
     pub fn hierarchy(&self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<(Arc<HierarchyTables>, bool)> {
-        let mut hierarchy = lock(&self.hierarchy);
-        if let Some(known) = hierarchy.as_ref() {
-            return Ok((known.clone(), false));
-        }
-        let built = Arc::new(HierarchyTables::new(gpu, scene)?);
-        *hierarchy = Some(built.clone());
-        Ok((built, true))
+        built_once(&self.hierarchy, || HierarchyTables::new(gpu, scene))
+    }
+
+    /// Likewise.
+    pub fn edges(&self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
+        built_once(&self.edges, || EdgeTables::new(gpu, scene))
     }
 
     /// The greatest distance of a point of the scene's box.
@@ -136,6 +167,19 @@ impl SceneTables {
         // Which triangles have no area may have changed.
         write_table(gpu, &self.vertex_indices, vertex_indices(scene));
     }
+}
+
+fn built_once<T>(
+    cached: &Mutex<Option<Arc<T>>>,
+    build: impl FnOnce() -> Result<T>,
+) -> Result<(Arc<T>, bool)> {
+    let mut cached = lock(cached);
+    if let Some(known) = cached.as_ref() {
+        return Ok((known.clone(), false));
+    }
+    let built = Arc::new(build()?);
+    *cached = Some(built.clone());
+    Ok((built, true))
 }
 
 fn new_table(

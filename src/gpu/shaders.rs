@@ -49,6 +49,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("receivers"),
     file!("shadow_edge"),
     file!("shadow_rays"),
+    file!("shadow_volumes"),
     file!("samples"),
     file!("warp_map"),
 ];
@@ -127,6 +128,7 @@ mod tests {
             "receivers",
             "shadow_edge",
             "shadow_rays",
+            "shadow_volumes",
             "samples",
             "warp_map",
         ];

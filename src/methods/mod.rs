@@ -24,6 +24,7 @@ mod psm;
 mod ray_traced;
 mod rtw;
 mod scene_optimized;
+mod shadow_volumes;
 mod spot;
 mod uniform;
 mod view;
@@ -116,6 +117,7 @@ methods! {
     Spot = spot::Spot,
     RayTraced = ray_traced::RayTraced,
     Exact = exact::Exact,
+    ShadowVolumes = shadow_volumes::ShadowVolumes,
 }
 
 /// What a user can ask about a method.

@@ -17,7 +17,7 @@ use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
 use crate::passes::{
     Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, receiver_lists,
-    samples, shadow_edge, shadow_map, shadow_rays, visibility,
+    samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes, visibility,
 };
 use crate::projection::Projection;
 use crate::reference::surface;
@@ -376,6 +376,24 @@ impl<'a> View<'a> {
         let region = &self.everywhere;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         let (visibility, facts) = shadow_rays::shadow_rays(&mut self.frame, seen, &hierarchy)?;
+        self.pending_facts.push(facts);
+        Ok(visibility)
+    }
+
+    /// The visibility image by shadow volumes; the scene's edges are found where they are not known.
+    pub fn shadow_volumes(&mut self) -> Result<PooledBuffer> {
+        let start = Instant::now();
+        let gpu = self.frame.gpu.clone();
+        let (edges, is_new) = self.inputs.scene.edges(&gpu, self.scene)?;
+        if is_new {
+            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+            self.frame.add_time("edges (CPU)", milliseconds);
+        } else {
+            self.skip("edges (CPU)");
+        }
+        let region = &self.everywhere;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let (visibility, facts) = shadow_volumes::shadow_volumes(&mut self.frame, seen, &edges)?;
         self.pending_facts.push(facts);
         Ok(visibility)
     }

@@ -15,6 +15,7 @@ pub mod samples;
 pub mod shadow_edge;
 pub mod shadow_map;
 pub mod shadow_rays;
+pub mod shadow_volumes;
 pub mod visibility;
 pub mod warp_map;
 
@@ -59,12 +60,14 @@ pub struct ReceiversUniform {
 /// Counters of a pass by name, for the statistics of a frame.
 pub type Facts = Vec<(&'static str, u64)>;
 
-/// Counters that the next submission brings, and how they are read; fails where they tell that the pass
-/// did not do all its work.
+/// Reads counters; fails where they tell that the pass did not do all its work.
+pub type Describe = fn(&Gpu, &[u32]) -> Result<Facts>;
+
+/// Counters that the next submission brings, and how they are read.
 pub struct PendingFacts {
     pub label: &'static str,
     pub counters: Read<u32>,
-    pub describe: fn(&Gpu, &[u32]) -> Result<Facts>,
+    pub describe: Describe,
 }
 
 /// What every pass of a frame reads.
