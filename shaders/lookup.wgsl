@@ -54,7 +54,9 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
         let row = invocation.y * rows_per_invocation + i;
         if column < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, column, row);
-            var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
+            // A layer that a method left out, because no sample needed it, has no caster to be met.
+            var lit = select(0.0, 1.0, receiver.is_reached);
+            lit = select(bitcast<f32>(NO_SURFACE), lit, receiver.is_seen);
             if receiver.faces_light {
                 lit = lit_share(receivers, projection, warp, receiver);
             }

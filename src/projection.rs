@@ -358,7 +358,7 @@ impl Projection {
         let length = match self.kind {
             Kind::Parallel => 1.0,
             // A camera may see to infinity.
-            Kind::Perspective if !self.normalizes_depth => self.near,
+            Kind::Perspective if self.far.is_infinite() => self.near,
             Kind::Perspective | Kind::Paraboloid => self.far,
         };
         (-length.log2().round()).clamp(-100.0, 100.0).exp2()

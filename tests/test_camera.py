@@ -109,7 +109,7 @@ def test_the_near_plane_follows_the_scene():
     scene = lx.scenes.plane_and_box()
     diagonal = np.linalg.norm(np.diff(scene.bounds, axis=0))
     inside = lx.Camera.look_at((0, 1, 0), (1, 1, 0), yfov=1.0, **SIZE)
-    assert inside._znear_for(scene) == pytest.approx(1e-6 * diagonal)
+    assert inside._znear_for(scene) == pytest.approx(1e-9 * diagonal)
     away = lx.Camera.look_at((0, 1, 105), (0, 1, 0), yfov=1.0, **SIZE)
     assert away._znear_for(scene) == pytest.approx(50.0)
     short = lx.Camera.look_at((0, 1, 105), (0, 1, 0), yfov=1.0, zfar=3.0, **SIZE)

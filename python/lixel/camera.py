@@ -47,7 +47,7 @@ class Camera:
     znear : float, optional
         Surfaces nearer than this depth, in world units along the view, are not seen. If None, each
         render takes it from the scene: half of the least depth of the scene's box, but not less
-        than a millionth of the box's diagonal.
+        than a billionth of the box's diagonal.
     zfar : float
         Surfaces beyond this depth are not seen.
 
@@ -412,7 +412,7 @@ class Camera:
         low, high = scene.bounds
         forward = -self.pose[:3, 2]
         nearest = float(np.minimum((low - self.eye) * forward, (high - self.eye) * forward).sum())
-        znear = max(0.5 * nearest, 1e-6 * float(np.linalg.norm(high - low)), 1e-30)
+        znear = max(0.5 * nearest, 1e-9 * float(np.linalg.norm(high - low)), 1e-30)
         return min(znear, 0.5 * self.zfar)
 
     def _with_znear(self, znear: float) -> _core.Camera:

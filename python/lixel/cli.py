@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import __version__, bench, demo, papers, plots, scenes
+from . import __version__, bench, demo, papers, plots, scenes, stress
 from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
@@ -194,6 +194,24 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", type=Path, metavar="FOLDER",
         help="write all that was measured into this folder, and go on there after a stop",
     )  # fmt: skip
+
+    add = command(
+        "stress", _stress,
+        "Render views that are hard for float32 and for maps, and hold each method to its bound.",
+    )  # fmt: skip
+    add.add_argument(
+        "--method", action="append", metavar="NAME",
+        help=f"{methods}; may be given more than once; default: all",
+    )  # fmt: skip
+    add.add_argument(
+        "--family", action="append", metavar="NAME",
+        help=f"what is hard: one of {', '.join(stress.FAMILIES)}; may be given more than once; "
+        "default: all",
+    )  # fmt: skip
+    add.add_argument("--quick", action="store_true", help="only the hardest views of each family")
+    add.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="table of every view, .csv or .parquet"
+    )
     return top
 
 
@@ -330,6 +348,18 @@ def _bench_peers(options: argparse.Namespace, names: Sequence[str]) -> None:
 
 def _papers(options: argparse.Namespace) -> None:
     papers.run(options.tables, quick=options.quick, folder=options.output)
+
+
+def _stress(options: argparse.Namespace) -> None:
+    if options.output is not None:
+        # Now, rather than after the work.
+        check_table_path("output", options.output)
+    judged = stress.run(options.method, options.family, options.quick)
+    if options.output is not None:
+        save_table(judged.assign(command=options.line), options.output)
+    print(table(stress.summary(judged)))
+    beyond = judged[judged["beyond"] > 0].drop(columns="family")
+    print(table(beyond.astype(object).where(beyond.notna(), None).to_dict("records")))
 
 
 # --- What the arguments mean ---

@@ -64,14 +64,22 @@ fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Exte
     );
 }
 
+// Of a point between two others: four roundings of half a step, twice over.
+const CROSSING_ROUNDING: f32 = 1.0 / 2097152.0;
+// What is divided by it stays within float32.
+const NEAREST_CROSSING: f32 = 1e-25;
+
 // Where the edge from a to b meets the near plane, if the plane lies between them.
 fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: vec3<f32>) -> Extent {
     let crosses = (a.z >= projection.z_min) != (b.z >= projection.z_min);
     let t = (projection.z_min - a.z) / select(1.0, b.z - a.z, crosses);
-    let texel = mix(a.xy, b.xy, t) / projection.z_min;
+    let z = max(projection.z_min, NEAREST_CROSSING);
+    let texel = mix(a.xy, b.xy, t) / z;
+    // The nearer the plane, the more of the image a rounding of the crossing is.
+    let rounding = CROSSING_ROUNDING * (abs(a.xy) + abs(b.xy)) / z;
     return Extent(
-        select(extent.low, min(extent.low, texel), crosses),
-        select(extent.high, max(extent.high, texel), crosses),
+        select(extent.low, min(extent.low, texel - rounding), crosses),
+        select(extent.high, max(extent.high, texel + rounding), crosses),
     );
 }
 

@@ -9,7 +9,12 @@ use crate::projection::Projection;
 pub const LABEL: &str = "visibility";
 
 pub fn visibility(frame: &mut Frame, inputs: Inputs) -> Result<Rasterized> {
-    let projection = Projection::from_camera(inputs.camera);
+    let camera = inputs.camera;
+    // Nothing is beyond the scene. A near plane says little of how long lengths are, a far one does.
+    let projection = Projection {
+        far: camera.zfar.min(2.0 * inputs.scene.farthest(camera.eye)),
+        ..Projection::from_camera(camera)
+    };
     rasterize(
         frame,
         LABEL,

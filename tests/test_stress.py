@@ -1,0 +1,92 @@
+"""Views that are hard for float32 and for maps: every method within its bound, or a known limit.
+`lixel stress` has more of each family and prints the table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import lixel as lx
+from lixel import cli, stress
+
+CASES = stress.cases()
+MAPS = [name for name in lx.METHODS if name not in stress.WITHOUT_MAP]
+
+
+@pytest.mark.parametrize("method", stress.WITHOUT_MAP)
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_no_pixel_is_wrong_without_a_map(case, method):
+    judged = stress.judge(case, method)
+    assert judged["wrong"] == 0 or judged["limit"], judged
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case.quick], ids=str)
+def test_maps_are_within_their_bounds(case):
+    for method in stress.methods_for(case, MAPS):
+        judged = stress.judge(case, method)
+        assert judged["beyond"] == 0 or judged["limit"], judged
+
+
+@pytest.mark.parametrize("limit", stress.LIMITS, ids=lambda limit: limit.cases[0])
+def test_a_known_limit_is_one_still(limit):
+    """One that is gone leaves the list."""
+    known = [case for case in CASES if str(case) in limit.cases]
+    assert len(known) == len(limit.cases)
+    for case in known:
+        methods = stress.methods_for(case, limit.methods)
+        assert any(stress.judge(case, method)["beyond"] for method in methods), str(case)
+
+
+def test_the_truth_is_more_than_ties():
+    """A case in which everything is a tie would test nothing."""
+    for case in CASES:
+        truth = lx.reference(*(case.truth or case.make)())
+        ties = np.count_nonzero(truth.covered & (truth.tie | truth.triangle_tie))
+        # A light along the floor, or in it, makes a tie of all of it.
+        assert ties < 0.2 * truth.covered.sum() or case.family == "light", str(case)
+        assert ties < 0.7 * truth.covered.sum(), str(case)
+
+
+def test_a_wrong_picture_is_beyond_every_bound(view):
+    truth = lx.reference(*view)
+    frame = lx.render(*view, lx.DesiredView(resolution=stress.RESOLUTION))
+    inside = stress.explained(frame, truth)
+    assert 0 < inside.sum() < 0.7 * truth.covered.sum()
+    for lit in (0.0, 1.0):
+        flat = np.where(truth.covered, np.float32(lit), np.nan)
+        assert (stress.wrong_pixels(flat, truth) & ~inside).sum() > 10
+    assert not stress.wrong_pixels(truth.visibility, truth).any()
+    # A surface that is missing is wrong, too.
+    missing = truth.visibility.copy()
+    missing[truth.covered] = np.nan
+    wrong = stress.wrong_pixels(missing, truth)
+    assert (wrong == (truth.covered & ~truth.triangle_tie)).all()
+
+
+def test_a_layer_that_no_sample_needs_is_lit():
+    """Of the faces around this lamp, two have receivers but no shadow to be fitted to."""
+    (case,) = (case for case in CASES if case.name == "10^-4 above the floor")
+    view = case.make()
+    frame = lx.render(*view, lx.SceneOptimized(resolution=512, lookup="triangle"))
+    assert frame.stats["skipped_layers"] > 0
+    assert lx.compare(frame, lx.reference(*view)).false_shadow_count == 0
+
+
+def test_unknown_families_and_methods_are_refused():
+    with pytest.raises(ValueError, match=r"family must be one of moved, .*, got 'rain'"):
+        stress.cases(["rain"])
+    with pytest.raises(ValueError, match="unknown"):
+        stress.run(["unknown"], ["image"])
+
+
+def test_command(capsys, tmp_path):
+    table = tmp_path / "stress.csv"
+    options = ["--quick", "--family", "image", "--method", "exact", "--method", "uniform"]
+    assert cli.main(["stress", *options, "-o", str(table)]) == 0
+    assert "uniform" in capsys.readouterr().out
+    read = pd.read_csv(table)
+    assert set(read["method"]) == {"exact", "uniform"}
+    assert (read.loc[read["method"] == "exact", "wrong"] == 0).all()
+    assert cli.main(["stress", "-o", "table.txt"]) == 2
+    assert "output must end in .csv or .parquet" in capsys.readouterr().err
