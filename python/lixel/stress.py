@@ -3,7 +3,8 @@
 `cases` makes the views, `run` renders them and judges each picture by `lixel.reference`, and
 `lixel stress` does both. The bounds are stated, and the same for all:
 
-* Methods without a map (`exact`, `ray_traced`) get no pixel wrong but the reference's ties.
+* Methods without a map (`exact`, `ray_traced`, `shadow_volumes`) get no pixel wrong but the
+  reference's ties.
 * A view that is a plain one moved, scaled or with other planes of depth has no more wrong pixels
   than the plain one, and three standard deviations of such a count: the texels fall elsewhere.
 * In any other view a map may be wrong where its texels are too wide to tell: nearer than three of
@@ -29,7 +30,7 @@ from .arguments import needs
 from .camera import Camera
 from .frame import Frame, render
 from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
-from .methods import METHODS, Method, method_from
+from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
 from .reference import Reference, reference
 from .report import progress
 from .scene import Scene
@@ -464,7 +465,9 @@ FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
 
 # --- Judging ---
 
-WITHOUT_MAP = ("exact", "ray_traced")
+WITHOUT_MAP = tuple(
+    name for name in METHODS if name not in {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
+)
 """Methods that promise no wrong pixel but ties."""
 
 
@@ -578,6 +581,11 @@ class Limit:
 
 
 LIMITS: tuple[Limit, ...] = (
+    Limit(
+        ("geometry, needles, sun", "geometry, needles, lamp"),
+        ("shadow_volumes",),
+        "The hardware that draws the volumes snaps their corners to a fraction of a pixel.",
+    ),
     Limit(
         (
             "light, lamp 1 degrees above the floor",
