@@ -83,7 +83,7 @@ def test_a_bar_for_each_case_adds_up(table):
 
 
 def test_axes_that_are_given_are_drawn_into(table, view, truth):
-    frame = lx.render(*view)
+    frame = lx.render(*view, lx.DesiredView())
     _, axes = mpl.pyplot.subplots(2, 3)
     given = list(axes.flat)
     assert plots.time_against_error(table, given[0]) is given[0]
@@ -104,7 +104,7 @@ def test_the_difference_counts_in_words(view, truth):
 
 
 def test_aliasing_error_is_shown_where_surfaces_face_the_light(view):
-    frame = lx.render(*view)
+    frame = lx.render(*view, lx.DesiredView())
     shown = plots.aliasing_error(frame).images[0].get_array()
     np.testing.assert_array_equal(np.ma.getmaskarray(shown), ~frame.facing)
     with pytest.raises(ValueError, match="limit must be greater than 1"):

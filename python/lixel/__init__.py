@@ -40,6 +40,7 @@ from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLig
 from .load import load
 from .methods import (
     METHODS,
+    Auto,
     Cascades,
     Cube,
     DesiredView,
@@ -69,6 +70,7 @@ from .warps import importance_map, unwarp_points, warp_map, warp_points
 
 __all__ = [
     "METHODS",
+    "Auto",
     "Camera",
     "Cascades",
     "Comparison",

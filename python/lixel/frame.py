@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from . import _core, display
 from .arguments import instance
+from .auto import choose
 from .camera import Camera
 from .light import LIGHTS, Light
-from .methods import Method, method_from
+from .methods import Auto, Method, method_from
 from .receivers import Receivers
 from .scene import Scene
 
@@ -44,7 +45,7 @@ class Frame(Receivers):
     triangle_id : (H, W) int32
         Row of the scene's `faces`, -1 where no surface is seen.
     method : Method
-        The method with its parameters.
+        The method with its parameters; the one that was chosen where `Auto` was asked for.
     importance_map : (layers, h, w) float32
         What the warp was made from: the greatest importance in each cell (`RectilinearWarp`), or
         the number of receivers (`NonOrthogonalWarp`). No layers where a method has none.
@@ -142,7 +143,10 @@ def render_shadows(
     scene: Scene,
     camera: Camera,
     light: Light | list[Light] | tuple[Light, ...],
-    method: str | Method = "desired_view",
+    method: str | Method = "auto",
+    *,
+    max_error: float | None = None,
+    max_ms: float | None = None,
 ) -> npt.NDArray[np.float32]:
     """Which pixels the light, or each of several lights, reaches.
 
@@ -155,7 +159,11 @@ def render_shadows(
     light : Light, or list or tuple of them
     method : str or method object
         A name of `lixel.METHODS`, or an object with parameters such as
-        ``DesiredView(resolution=2048)``.
+        ``DesiredView(resolution=2048)``; ``"auto"`` chooses for each light, see `Auto`.
+    max_error : float, optional
+        Parameter of `Auto`: most wrong pixels, as a share of those that see a surface. None: 0.001.
+    max_ms : float, optional
+        Parameter of `Auto`: most milliseconds on the GPU for each light, a preference.
 
     Returns
     -------
@@ -166,13 +174,15 @@ def render_shadows(
     Raises
     ------
     ValueError
-        An unknown method; the message lists the known ones.
+        An unknown method; the message lists the known ones. `max_error` or `max_ms` with a method
+        other than ``"auto"``.
     TypeError
         An argument of another type.
     DeviceError
         No adapter, or the adapter lacks what the method needs; the message says the remedy.
     """
     visibility: npt.NDArray[np.float32]
+    method = _bounded(method, max_error=max_error, max_ms=max_ms)
     if isinstance(light, list | tuple):
         instance("camera", camera, Camera)
         visibility = np.empty((len(light), camera.height, camera.width), np.float32)
@@ -186,14 +196,20 @@ def render_shadows(
 
 
 def render(
-    scene: Scene, camera: Camera, light: Light, method: str | Method = "desired_view"
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: str | Method = "auto",
+    *,
+    max_error: float | None = None,
+    max_ms: float | None = None,
 ) -> Frame:
     """As `render_shadows`, with everything that the method has to show.
 
     Parameters
     ----------
-    scene, camera, light, method
-        As for `render_shadows`.
+    scene, camera, light, method, max_error, max_ms
+        As for `render_shadows`; one light.
 
     Returns
     -------
@@ -204,6 +220,7 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
+    method = _bounded(method, max_error=max_error, max_ms=max_ms)
     chosen, results = render_outputs(scene, camera, light, method, _OUTPUTS)
     return Frame(scene=scene, camera=camera, light=light, method=chosen, **results)
 
@@ -214,6 +231,38 @@ def render_outputs(
     """The method, and by name the outputs, timings, statistics and adapter of one frame."""
     check_view(scene, camera, light)
     chosen = method_from(method)
+    if not isinstance(chosen, Auto):
+        return chosen, _rendered(scene, camera, light, chosen, outputs)
+
+    def look(tried: Method) -> dict[str, Any]:
+        return _rendered(scene, camera, light, tried, ("visibility",))
+
+    chosen, results = choose(scene, camera, light, chosen, look)
+    if tuple(outputs) != ("visibility",):
+        whole = _rendered(scene, camera, light, chosen, outputs)
+        results = {**results, **{name: whole[name] for name in outputs}}
+    return chosen, results
+
+
+def _bounded(
+    method: str | Method, *, max_error: float | None, max_ms: float | None
+) -> str | Method:
+    """`Auto` with the bounds that are given."""
+    bounds = {"max_error": max_error, "max_ms": max_ms}
+    given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
+    if not given:
+        return method
+    chosen = method_from(method)
+    if not isinstance(chosen, Auto):
+        raise ValueError(
+            f"{' and '.join(given)} must come with the method 'auto', got {chosen.name!r}"
+        )
+    return replace(chosen, **given)
+
+
+def _rendered(
+    scene: Scene, camera: Camera, light: Light, chosen: Method, outputs: Sequence[str]
+) -> dict[str, Any]:
     results = _core.render(
         scene._core,
         camera._core_for(scene),
@@ -223,7 +272,7 @@ def render_outputs(
         outputs,
     )
     kept = (*outputs, "timings", "stats", "adapter")
-    return chosen, {name: results[name] for name in kept}
+    return {name: results[name] for name in kept}
 
 
 def check_view(scene: object, camera: object, light: object) -> None:

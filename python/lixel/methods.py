@@ -1179,6 +1179,57 @@ class ShadowVolumes(ShadowMethod):
     name: ClassVar[str] = "shadow_volumes"
 
 
+@dataclass(frozen=True, kw_only=True)
+class Auto(ShadowMethod):
+    """Chooses the method and its resolution: the cheapest for an error.
+
+    Where two small shadow maps cost less than the methods without a wrong pixel, they are rendered
+    first, the second twice as fine. The ``d`` pixels in which they differ bound those that are
+    wrong in the finer one, as a share of the ``n`` pixels that see a surface,
+
+    .. math:: e = c (d + 3) / n,
+
+    with ``c`` measured on generated scenes. If that is below `max_error` the finer map is the
+    answer; a still finer one is tried as long as it promises to be cheaper than `RayTraced` and
+    `Exact`, one of which is the answer else. Costs are predicted by a model of triangles, pixels
+    and texels, which ``python -m lixel.calibration`` measures on one device; no clock is read, so
+    that the same call makes the same choice. ``frame.stats["auto"]`` says what was chosen and why,
+    and ``frame.method`` is the chosen method.
+
+    Limits: it is one choice for the whole image. Times of other devices than the calibrated one are
+    predicted as if they were its own. What two maps miss alike, such as casters far thinner than a
+    texel, they do not tell.
+
+    Parameters
+    ----------
+    max_error : float
+        Most wrong pixels, as a share of the pixels that see a surface, from 0 to 1. With 0 no map
+        is tried.
+    max_ms : float, optional
+        Most milliseconds on the GPU. A preference: where no method keeps both, the finest maps
+        whose predicted time is within it are taken, and the statistics say so.
+
+    Examples
+    --------
+    >>> method_from("auto")
+    Auto(max_error=0.001, max_ms=None)
+    """
+
+    name: ClassVar[str] = "auto"
+
+    max_error: float = 0.001
+    max_ms: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "max_error", real("max_error", self.max_error))
+        if not 0.0 <= self.max_error <= 1.0:
+            raise ValueError(f"max_error must be from 0 to 1, got {self.max_error}")
+        if self.max_ms is not None:
+            object.__setattr__(self, "max_ms", real("max_ms", self.max_ms))
+            if not 0.0 < self.max_ms < math.inf:
+                raise ValueError(f"max_ms must be finite and above 0, got {self.max_ms}")
+
+
 MapMethod: TypeAlias = (
     Uniform
     | DesiredView
@@ -1194,12 +1245,12 @@ MapMethod: TypeAlias = (
     | ImprovedParaboloid
 )
 OmnidirectionalMethod: TypeAlias = Cube | DualParaboloid | Spot
-Method: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced | Exact | ShadowVolumes
+Method: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced | Exact | ShadowVolumes | Auto
 
 METHODS: Mapping[str, type[Method]] = MappingProxyType(
-    {method.name: method for method in get_args(Method)}
+    {method.name: method for method in get_args(Method) if method is not Auto}
 )
-"""Every method by name."""
+"""Every method by name, but `Auto`, which chooses one of them."""
 
 MAP_METHODS: Mapping[str, type[MapMethod]] = MappingProxyType(
     {method.name: method for method in get_args(MapMethod)}
@@ -1223,7 +1274,7 @@ def method_from(method: str | Method) -> Method:
     Parameters
     ----------
     method : str or method object
-        A name, or a composition of names joined by ``+``: ``"min_sm+notw"`` is
+        A name, ``"auto"``, or a composition of names joined by ``+``: ``"min_sm+notw"`` is
         ``NonOrthogonalWarp(fit="min_sm")``.
 
     Raises
@@ -1235,13 +1286,15 @@ def method_from(method: str | Method) -> Method:
     """
     if isinstance(method, Method):
         return method
-    known = ", ".join(repr(name) for name in METHODS)
+    known = ", ".join(repr(name) for name in (*METHODS, Auto.name))
     if isinstance(method, type) and issubclass(method, ShadowMethod):
         raise TypeError(f"method must be an object, {method.__name__}(), got the class itself")
     if not isinstance(method, str):
         raise TypeError(
             f"method must be a name ({known}) or a method object, got {type(method).__name__}"
         )
+    if method == Auto.name:
+        return Auto()
     if method in METHODS:
         return METHODS[method]()
     parts = [part.strip() for part in method.split("+")]
