@@ -230,8 +230,8 @@ fn depth_from_z(projection: Projection, z: f32) -> f32 {
 
 // Whether a ray meets a triangle before a depth.
 fn hits(projection: Projection, id: u32, ray: vec3<f32>, before: f32) -> bool {
-    let corners = load_projected(projection, id);
-    let triangle = triangle_from_projected(projection, id, corners[0], corners[1], corners[2]);
+    let corners = load_corners(projection, id);
+    let triangle = triangle_from_corners(projection, id, corners);
     let e = vec3<f32>(
         evaluate_edge(triangle.edge0, ray),
         evaluate_edge(triangle.edge1, ray),

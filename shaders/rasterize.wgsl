@@ -136,10 +136,10 @@ fn bin(
         if id >= job.triangle_count {
             break;
         }
-        let corners = load_projected(projection, id);
-        let a = corners[0];
-        let b = corners[1];
-        let c = corners[2];
+        let corners = load_corners(projection, id);
+        let a = corners.a;
+        let b = corners.b;
+        let c = corners.c;
         let bound = bound_from_projected(projection, warp, a, b, c);
         let size = bound.last - bound.first + 1;
         if is_out_of_depth(projection, depths_of_triangle(a, b, c)) {
@@ -196,9 +196,9 @@ fn split(
         return;
     }
     let item = coarse_tiles[index];
-    let corners = load_projected(projection, item.triangle);
-    let triangle = triangle_from_projected(projection, item.triangle, corners[0], corners[1], corners[2]);
-    let all_of_it = bound_from_projected(projection, warp, corners[0], corners[1], corners[2]);
+    let corners = load_corners(projection, item.triangle);
+    let triangle = triangle_from_corners(projection, item.triangle, corners);
+    let all_of_it = bound_from_projected(projection, warp, corners.a, corners.b, corners.c);
     let bound = bound_of_tile(all_of_it, item.tile, 1 << job.coarse_shift);
     let first = bound.first >> vec2<u32>(fine_shift);
     let last = bound.last >> vec2<u32>(fine_shift);
@@ -313,10 +313,10 @@ fn walk(
             let item = items[index];
             index += GROUP;
             id = item.triangle;
-            let corners = load_projected(projection, id);
-            triangle = triangle_from_projected(projection, item.triangle, corners[0], corners[1], corners[2]);
+            let corners = load_corners(projection, id);
+            triangle = triangle_from_corners(projection, item.triangle, corners);
             if item.tile == WHOLE {
-                bound = bound_from_projected(projection, warp, corners[0], corners[1], corners[2]);
+                bound = bound_from_projected(projection, warp, corners.a, corners.b, corners.c);
             } else {
                 bound = bound_of_tile(whole_map, item.tile, 1 << fine_shift);
             }

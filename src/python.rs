@@ -18,6 +18,7 @@ use numpy::{PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, To
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyTuple};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, RwLock, RwLockReadGuard};
 
 pyo3::create_exception!(
@@ -34,6 +35,22 @@ impl From<Error> for PyErr {
             Error::Device(message) => DeviceError::new_err(message),
         }
     }
+}
+
+/// Refuses a process that was forked from one that had used lixel: the threads that work here and those
+/// of the device stay behind, and waiting for them would never end.
+fn check_process() -> PyResult<()> {
+    static OWNER: AtomicU32 = AtomicU32::new(0);
+    let own = std::process::id();
+    let owner = OWNER.compare_exchange(0, own, Ordering::Relaxed, Ordering::Relaxed);
+    if owner.is_ok() || owner == Err(own) {
+        return Ok(());
+    }
+    Err(DeviceError::new_err(
+        "this process was forked from one that had used lixel, whose threads and device do not come \
+         along; start processes with multiprocessing.get_context(\"spawn\"), or fork before the first \
+         scene is made",
+    ))
 }
 
 fn rows_of_three<T: numpy::Element + Copy>(
@@ -99,6 +116,7 @@ impl PyScene {
         vertices: PyReadonlyArray2<f64>,
         faces: PyReadonlyArray2<i64>,
     ) -> PyResult<Self> {
+        check_process()?;
         let vertices = points("vertices", &vertices)?;
         let faces = rows_of_three("faces", &faces)?;
         let scene = py.detach(|| {
@@ -149,6 +167,7 @@ impl PyScene {
     }
 
     fn update_vertices(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<()> {
+        check_process()?;
         let vertices = points("vertices", &vertices)?;
         py.detach(|| {
             let mut scene = self
@@ -310,6 +329,7 @@ fn render<'py>(
     parameters: &Bound<'py, PyDict>,
     outputs: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    check_process()?;
     let parameters = parameters
         .iter()
         .map(|(name, value)| {
@@ -414,6 +434,7 @@ fn surface<'py>(
     camera: &PyCamera,
     triangle_id: PyReadonlyArray2<i32>,
 ) -> PyResult<Bound<'py, PyTuple>> {
+    check_process()?;
     let shape = (camera.0.height as usize, camera.0.width as usize);
     let triangle_id = triangle_id.as_array();
     let scene = scene.read();
@@ -459,6 +480,7 @@ fn reference_of_image<'py>(
     camera: &PyCamera,
     light: &PyLight,
 ) -> PyResult<Bound<'py, PyDict>> {
+    check_process()?;
     let Reference {
         triangle_id,
         triangle_tie,
@@ -486,6 +508,7 @@ fn brute_force<'py>(
     light: &PyLight,
     pixels: Vec<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    check_process()?;
     let count = camera.0.pixel_count();
     if let Some(outside) = pixels.iter().find(|&&pixel| pixel >= count) {
         return Err(PyValueError::new_err(format!(
@@ -614,6 +637,7 @@ fn adapters(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
 
 #[pyfunction]
 fn device(py: Python) -> PyResult<Bound<PyDict>> {
+    check_process()?;
     let gpu = py.detach(gpu::gpu)?;
     let result = adapter_to_python(py, &gpu.adapter)?;
     result.set_item("used_features", gpu.feature_names())?;
@@ -623,6 +647,7 @@ fn device(py: Python) -> PyResult<Bound<PyDict>> {
 
 #[pyfunction]
 fn clear_cache(py: Python) -> PyResult<()> {
+    check_process()?;
     let gpu = py.detach(gpu::gpu)?;
     gpu::pool::clear(&gpu);
     Ok(())

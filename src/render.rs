@@ -120,10 +120,17 @@ pub fn render(
     // Each try makes room for what the last one lacked; a third is only needed where the map's list
     // grows after the visibility buffer's did.
     for _ in 0..4 {
-        if let Some(rendered) = try_render(device_scene, scene, camera, light, method, outputs)? {
-            return Ok(rendered);
+        match try_render(device_scene, scene, camera, light, method, outputs) {
+            Ok(Some(rendered)) => return Ok(rendered),
+            Ok(None) => device_scene.visibility = None,
+            Err(error) => {
+                if matches!(error, Error::Device(_)) {
+                    // It may have had no memory for the scene's tables.
+                    *cached = None;
+                }
+                return Err(error);
+            }
         }
-        device_scene.visibility = None;
     }
     Err(Error::Device(format!(
         "the work list of the rasterizer did not settle on the device {}",

@@ -31,7 +31,7 @@ the value; a machine that cannot do it is a `DeviceError` that says the remedy.
 import os
 
 from . import scenes
-from ._core import DeviceError, __version__
+from ._core import DeviceError, __version__, clear_cache
 from .camera import Camera
 from .compare import Comparison, compare
 from .frame import Frame, render, render_shadows
@@ -104,6 +104,7 @@ __all__ = [
     "SpotLight",
     "Uniform",
     "__version__",
+    "clear_cache",
     "compare",
     "importance_map",
     "info",

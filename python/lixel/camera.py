@@ -91,7 +91,8 @@ class Camera:
             )
         if yfov is not None:
             yfov = real("yfov", yfov)
-            if not 0.0 < yfov < math.pi:
+            # The tangent of the least numbers above 0 is 0.
+            if not (0.0 < yfov < math.pi and math.tan(0.5 * yfov) > 0.0):
                 raise ValueError(f"yfov must be an angle in radians in (0, pi), got {yfov}")
             focal = 0.5 * size[1] / math.tan(0.5 * yfov)
         if np.ndim(focal) == 0:  # type: ignore[arg-type]

@@ -102,7 +102,7 @@ def warp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.fl
     [[0.3, 0.9]]
     """
     functions = _functions(warp)
-    x, y = np.clip(reals("points", points, "n", 2), 0.0, 1.0).T
+    x, y = _places_in_map(points).T
     warped = _values(functions[0], _index(len(functions[0]), y), x)
     return np.stack([warped, _values(functions[1], _index(len(functions[1]), warped), y)], axis=1)
 
@@ -133,7 +133,7 @@ def unwarp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.
         As for `warp_points`.
     """
     functions = _functions(warp)
-    x, y = np.clip(reals("points", points, "n", 2), 0.0, 1.0).T
+    x, y = _places_in_map(points).T
     unwarped = _places(functions[1], _index(len(functions[1]), x), y)
     return np.stack(
         [_places(functions[0], _index(len(functions[0]), unwarped), x), unwarped], axis=1
@@ -149,6 +149,15 @@ def _functions(warp: npt.ArrayLike) -> npt.NDArray[np.float64]:
     if (functions[..., 0] != 0).any() or (functions[..., -1] != 1).any():
         raise ValueError("warp must run from 0 to 1 along its last axis")
     return functions
+
+
+def _places_in_map(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    places = reals("points", points, "n", 2)
+    if np.isnan(places).any():
+        row = int(np.flatnonzero(np.isnan(places).any(axis=1))[0])
+        raise ValueError(f"points must be numbers, got {places[row].tolist()} in row {row}")
+    inside: npt.NDArray[np.float64] = np.clip(places, 0.0, 1.0)
+    return inside
 
 
 def _index(count: int, place: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:

@@ -34,13 +34,19 @@ fn evaluate_edge(edge: vec3<f32>, ray: vec3<f32>) -> f32 {
     return fma(edge.x, ray.x, fma(edge.y, ray.y, edge.z * ray.z));
 }
 
-fn triangle_from_projected(
-    projection: Projection,
-    id: u32,
+struct Corners {
+    // In projection space.
     a: vec3<f32>,
     b: vec3<f32>,
     c: vec3<f32>,
-) -> Triangle {
+    // The one nearest to the projection's origin, relative to it, in world axes.
+    nearest: vec3<f32>,
+}
+
+fn triangle_from_corners(projection: Projection, id: u32, corners: Corners) -> Triangle {
+    let a = corners.a;
+    let b = corners.b;
+    let c = corners.c;
     let ha = homogeneous_from_projected(a);
     let hb = homogeneous_from_projected(b);
     let hc = homogeneous_from_projected(c);
@@ -50,23 +56,31 @@ fn triangle_from_projected(
     let zero = vec3<f32>(0.0);
     let is_at_origin = all(ha == zero) || all(hb == zero) || all(hc == zero);
     let orientation = select(sign(dot(ha, cross(hb - ha, hc - ha))), 0.0, is_at_origin);
-    let normal = projected_from_normal(projection, normal_of_triangle(id));
+    let normal = normal_of_triangle(id);
+    // Not from the turned corners: those of a huge floor are rounded by more than its height.
+    let height = dot(normal, corners.nearest);
     return Triangle(
         edge_through(hb, hc, orientation),
         edge_through(hc, ha, orientation),
         edge_through(ha, hb, orientation),
-        depth_plane(normal, a),
+        depth_plane(projected_from_normal(projection, normal), height),
         depths_of_triangle(a, b, c),
     );
 }
 
-fn load_projected(projection: Projection, id: u32) -> array<vec3<f32>, 3> {
+fn load_corners(projection: Projection, id: u32) -> Corners {
     let vertices = vertices_of_triangle(id);
     let high = projection.origin_high;
     let low = projection.origin_low;
-    return array<vec3<f32>, 3>(
-        projected_from_offset(projection, offset_from_vertex(vertices.x, high, low)),
-        projected_from_offset(projection, offset_from_vertex(vertices.y, high, low)),
-        projected_from_offset(projection, offset_from_vertex(vertices.z, high, low)),
+    let a = offset_from_vertex(vertices.x, high, low);
+    let b = offset_from_vertex(vertices.y, high, low);
+    let c = offset_from_vertex(vertices.z, high, low);
+    let squares = vec3<f32>(dot(a, a), dot(b, b), dot(c, c));
+    let nearer = select(a, b, squares.y < squares.x);
+    return Corners(
+        projected_from_offset(projection, a),
+        projected_from_offset(projection, b),
+        projected_from_offset(projection, c),
+        select(nearer, c, squares.z < min(squares.x, squares.y)),
     );
 }

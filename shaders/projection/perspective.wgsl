@@ -29,9 +29,9 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
 }
 
 // One over depth is linear in the texel: the coefficients of the plane with a normal (a covector of
-// projection space) through a point.
-fn depth_plane(normal: vec3<f32>, q: vec3<f32>) -> vec3<f32> {
-    return normal / dot(normal, q);
+// projection space) at a height, the normal's product with any of its points.
+fn depth_plane(normal: vec3<f32>, height: f32) -> vec3<f32> {
+    return normal / height;
 }
 
 fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {

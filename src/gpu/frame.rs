@@ -315,6 +315,7 @@ impl Frame {
         });
         if let Err(error) = outcome {
             self.reads.drain(..).for_each(PooledBuffer::discard);
+            self.gpu.forget();
             return Err(error);
         }
         let results = ReadResults(std::mem::take(&mut self.reads));
@@ -391,4 +392,61 @@ fn new_encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
         .create_command_encoder(&wgpu::CommandEncoderDescriptor {
             label: Some("lixel"),
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COUNT: usize = 16;
+
+    /// A frame that clears and reads a buffer, which comes back to the pool; and perhaps clears one that
+    /// is no more.
+    fn clear_and_read(gpu: &Arc<Gpu>, is_broken: bool) -> Result<Vec<u32>> {
+        let mut frame = Frame::new(gpu);
+        let buffer = frame.storage("buffer", 4 * COUNT as u64)?;
+        frame.clear(&buffer);
+        let read = frame.read(Source::Taken(buffer), COUNT)?;
+        if is_broken {
+            let destroyed = frame.storage("destroyed", 4)?;
+            frame.clear(&destroyed);
+            destroyed.discard();
+        }
+        frame.submit()?.take(&read)
+    }
+
+    #[test]
+    fn after_a_failed_submission_the_next_works() {
+        let gpu = Arc::new(Gpu::new().unwrap());
+        let zeros = vec![0; COUNT];
+        assert_eq!(clear_and_read(&gpu, false).unwrap(), zeros);
+        let refused = clear_and_read(&gpu, true).unwrap_err().to_string();
+        assert!(refused.contains("refused"), "{refused}");
+        // The failed frame's buffer may be mapped still: it must not be taken again.
+        for _ in 0..3 {
+            assert_eq!(clear_and_read(&gpu, false).unwrap(), zeros);
+        }
+    }
+
+    #[test]
+    fn a_lost_device_is_an_error_in_words() {
+        let gpu = Arc::new(Gpu::new().unwrap());
+        gpu.device.destroy();
+        // A driver tells of a loss at once, `destroy` when it is asked.
+        let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        let error = clear_and_read(&gpu, false).unwrap_err().to_string();
+        assert!(
+            error.contains("lost") && error.contains("next call"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn cleared_scratch_is_free() {
+        let gpu = Arc::new(Gpu::new().unwrap());
+        clear_and_read(&gpu, false).unwrap();
+        assert!(pool::free_bytes(&gpu) >= 4 * COUNT as u64);
+        pool::clear(&gpu);
+        assert_eq!(pool::free_bytes(&gpu), 0);
+    }
 }

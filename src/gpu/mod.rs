@@ -284,6 +284,14 @@ impl Gpu {
         }
     }
 
+    /// Forgets what is kept from frame to frame, after one failed: what the device had no memory for is
+    /// there, but cannot be used.
+    fn forget(&self) {
+        pool::forget(self);
+        lock(&self.pipelines).clear();
+        lock(&self.render_pipelines).clear();
+    }
+
     /// The compiled entry point of a shader, made at first use.
     pub fn pipeline(
         &self,

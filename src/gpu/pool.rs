@@ -9,6 +9,8 @@ use wgpu::BufferUsages;
 #[derive(Default)]
 pub(super) struct Pool {
     free: Vec<wgpu::Buffer>,
+    /// How often everything was forgotten; a buffer from before does not come back.
+    epoch: u64,
 }
 
 /// At most this many free buffers are kept; the ones freed longest ago go first.
@@ -18,6 +20,7 @@ const CAPACITY: usize = 64;
 pub struct PooledBuffer {
     gpu: Arc<Gpu>,
     buffer: Option<wgpu::Buffer>,
+    epoch: u64,
 }
 
 impl std::ops::Deref for PooledBuffer {
@@ -31,6 +34,9 @@ impl std::ops::Deref for PooledBuffer {
 impl Drop for PooledBuffer {
     fn drop(&mut self) {
         let mut pool = lock(&self.gpu.pool);
+        if pool.epoch != self.epoch {
+            return;
+        }
         pool.free.extend(self.buffer.take());
         if pool.free.len() > CAPACITY {
             pool.free.remove(0);
@@ -67,12 +73,26 @@ pub fn scratch(gpu: &Arc<Gpu>, what: &str, size: u64, usage: BufferUsages) -> Re
     Ok(PooledBuffer {
         gpu: gpu.clone(),
         buffer: Some(buffer),
+        epoch: pool.epoch,
     })
 }
 
 /// Frees the buffers that no frame is using.
 pub fn clear(gpu: &Gpu) {
     lock(&gpu.pool).free.clear();
+}
+
+/// Frees them, and those in use as soon as they are not: any may be one that the device had no memory for.
+pub(super) fn forget(gpu: &Gpu) {
+    let mut pool = lock(&gpu.pool);
+    pool.free.clear();
+    pool.epoch += 1;
+}
+
+/// Bytes in buffers that no frame is using.
+#[cfg(test)]
+pub fn free_bytes(gpu: &Gpu) -> u64 {
+    lock(&gpu.pool).free.iter().map(wgpu::Buffer::size).sum()
 }
 
 /// Refuses what the device cannot hold before it is asked to.

@@ -1,0 +1,277 @@
+"""Threads, processes, signals and memory: what happens around a render."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+import soak
+
+import lixel as lx
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux for the memory in use")
+
+
+def script(text: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Python in a process of its own."""
+    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(text), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+# --- Threads ---
+
+
+def test_many_threads_give_the_same_bytes_as_one(view):
+    scene, camera, light = view
+    other = lx.scenes.needles(count=50)
+    jobs = []
+    for i, name in enumerate(
+        ["uniform", "exact", "ray_traced", "cascades", "rtw", "desired_view"] * 4
+    ):
+        chosen = other if i % 3 == 0 else scene
+        jobs.append((chosen, camera.resized(48 + 16 * (i % 4), 32), light, name))
+    alone = [lx.render_shadows(*job).tobytes() for job in jobs]
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(lambda job: lx.render_shadows(*job).tobytes(), jobs))
+    assert together == alone
+
+
+def test_vertices_may_move_while_others_render(view):
+    """Every picture is of the scene before or of the scene after, never of a part of each."""
+    scene, camera, light = view
+    here, there = scene.vertices, scene.vertices + (0.0, 0.5, 0.0)
+    pictures = set()
+    for vertices in (here, there):
+        scene.update_vertices(vertices)
+        pictures.add(lx.render_shadows(scene, camera, light, "ray_traced").tobytes())
+    stop = threading.Event()
+
+    def move():
+        while not stop.is_set():
+            scene.update_vertices(here)
+            scene.update_vertices(there)
+
+    mover = threading.Thread(target=move)
+    mover.start()
+    try:
+        for _ in range(20):
+            seen = lx.render_shadows(scene, camera, light, "ray_traced").tobytes()
+            assert seen in pictures
+    finally:
+        stop.set()
+        mover.join()
+
+
+def test_python_goes_on_while_the_device_works():
+    scene = lx.scenes.objects_on_floor(count=64, subdivisions=2)
+    view = scene, scene.cameras["default"].resized(960, 540), scene.lights["default"]
+    method = lx.Uniform(resolution=4096)
+    lx.render_shadows(*view, method)
+    ticks = []
+    stop = threading.Event()
+
+    def tick():
+        while not stop.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.001)
+
+    ticker = threading.Thread(target=tick)
+    ticker.start()
+    start = time.perf_counter()
+    lx.render_shadows(*view, method)
+    end = time.perf_counter()
+    stop.set()
+    ticker.join()
+    during = [t for t in ticks if start < t < end]
+    # Held, the lock would let no tick through but at the ends.
+    assert len(during) > 0.1 * (end - start) / 0.001, (len(during), end - start)
+
+
+# --- Processes ---
+
+
+def shadows(_: int = 0) -> bytes:
+    scene = lx.scenes.plane_and_box()
+    camera = scene.cameras["default"].resized(32, 24)
+    return lx.render_shadows(scene, camera, scene.lights["default"], "uniform").tobytes()
+
+
+def test_spawned_processes_render():
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        assert set(pool.map(shadows, range(2), chunksize=1)) == {shadows()}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
+@pytest.mark.parametrize("is_used", [True, False])
+def test_a_fork_after_use_is_refused_and_one_before_renders(is_used):
+    ended = script(
+        """
+        import os, sys
+        import lixel as lx
+
+        def render():
+            scene = lx.scenes.plane_and_box()
+            camera = scene.cameras["default"].resized(32, 24)
+            return lx.render_shadows(scene, camera, scene.lights["default"])
+
+        if sys.argv[1] == "True":
+            render()
+        if os.fork() == 0:
+            try:
+                render()
+                print("rendered", flush=True)
+            except lx.DeviceError as error:
+                print(error, flush=True)
+            os._exit(0)
+        os.wait()
+        render()
+        print("parent", flush=True)
+        """,
+        str(is_used),
+    )
+    child = 'get_context("spawn")' if is_used else "rendered"
+    assert child in ended.stdout
+    assert ended.stdout.splitlines()[-1] == "parent"
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    "last",
+    [
+        "pass",
+        "threading.Thread(target=render, daemon=True).start(); time.sleep(0.05)",
+        "raise SystemExit(0)",
+        "lx.reference(*view)",
+        "frames = [lx.render(*view) for _ in range(3)]",
+    ],
+)
+def test_the_interpreter_exits_cleanly(last):
+    ended = script(
+        """
+        import sys, threading, time
+        import lixel as lx
+
+        scene = lx.scenes.plane_and_box()
+        view = scene, scene.cameras["default"].resized(64, 48), scene.lights["default"]
+
+        def render():
+            while True:
+                lx.render_shadows(*view)
+
+        lx.render_shadows(*view)
+        exec(sys.argv[1])
+        """,
+        last,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
+def test_an_interrupt_ends_a_long_study_and_keeps_what_is_done(tmp_path):
+    table = tmp_path / "table.csv"
+    command = [sys.executable, "-m", "lixel", "bench", "plane_and_box", "--size", "64x48"]
+    for resolution in range(16, 400, 2):
+        command += ["--resolution", str(resolution)]
+    command += [
+        "--method",
+        "uniform",
+        "--method",
+        "desired_view",
+        "--repeats",
+        "3",
+        "-o",
+        str(table),
+    ]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    journal = tmp_path / "table.csv.jsonl"
+    until = time.monotonic() + 60
+    while time.monotonic() < until and not (
+        journal.exists() and journal.read_text().count("\n") > 3
+    ):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    start = time.monotonic()
+    output, errors = process.communicate(timeout=60)
+    assert time.monotonic() - start < 20
+    assert process.returncode == 130, errors
+    assert "Traceback" not in errors
+    rows = table.read_text().splitlines()
+    assert 1 < len(rows) < 300
+    assert "uniform" in output
+
+
+# --- Memory ---
+
+
+@LINUX
+def test_out_of_memory_is_an_error_and_the_next_call_works():
+    ended = script(
+        """
+        import resource
+        from pathlib import Path
+        import lixel as lx
+
+        scene = lx.scenes.plane_and_box()
+        view = scene, scene.cameras["default"].resized(64, 48), scene.lights["default"]
+        large = [lx.METHODS[name](resolution=3000) for name in ("uniform", "cascades", "rtw")]
+        for method in large:
+            lx.render_shadows(*view, type(method)(resolution=64))
+        before = lx.render_shadows(*view)
+        size = Path("/proc/self/statm").read_text().split()[0]
+        limit = int(size) * 4096 + 60 * 2**20
+        resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
+        refused = 0
+        for method in large:
+            try:
+                lx.render_shadows(*view, method)
+            except lx.DeviceError as error:
+                refused += 1
+        resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY,) * 2)
+        assert refused > 0
+        # What had no memory then is not taken for good now.
+        for method in large:
+            lx.render_shadows(*view, method)
+        assert lx.render_shadows(*view).tobytes() == before.tobytes()
+        print("done")
+        """
+    )
+    assert (ended.returncode, ended.stdout) == (0, "done\n"), ended.stderr
+
+
+@pytest.mark.parametrize("method", ["uniform", "cube", "rtw"])
+def test_a_map_of_16384_is_made_or_refused_in_words(method, view):
+    scene, camera, light = view
+    if not lx.METHODS[method]().takes(light):
+        light = lx.PointLight((1.0, 4.0, 0.5))
+    most = lx.info().device["limits"]["storage_binding_bytes"]
+    if most >= 8 * 16384**2:
+        assert lx.render_shadows(scene, camera, light, lx.METHODS[method](resolution=16384)).any()
+    else:
+        with pytest.raises(lx.DeviceError, match=r"map needs \d+ bytes .* allows \d+"):
+            lx.render_shadows(scene, camera, light, lx.METHODS[method](resolution=16384))
+
+
+@LINUX
+def test_many_renders_do_not_make_the_process_grow():
+    """`python tests/soak.py` has more; here what leaks a kilobyte with each render fails."""
+    soak.soak(100, 1)
+    before, after = soak.soak(400, 100)
+    assert after - before < 300 * 1024 + 0.01 * before
+
+
+@LINUX
+def test_scratch_memory_is_freed(view):
+    method = lx.Uniform(resolution=4000)
+    lx.render_shadows(*view, method)
+    kept = soak.resident_bytes()
+    lx.clear_cache()
+    # The map had 8 bytes for each texel.
+    assert kept - soak.resident_bytes() > 0.8 * 8 * 4000**2
+    assert lx.render_shadows(*view, method).shape == (64, 96)
