@@ -353,7 +353,8 @@ def attempt(case: Callable[[random.Random], Any], r: random.Random) -> bool:
     try:
         case(r)
     except REFUSALS as error:
-        assert str(error).strip(), f"no words: {error!r}"
+        if not str(error).strip():
+            raise AssertionError(f"no words: {error!r}") from error
         return False
     except OSError:
         assert case is file

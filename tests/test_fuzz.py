@@ -18,7 +18,7 @@ SOME = settings(
 )
 
 
-@pytest.mark.parametrize("case", (*fuzz.QUICK, *fuzz.SLOW), ids=lambda case: case.__name__)
+@pytest.mark.parametrize("case", [*fuzz.QUICK, *fuzz.SLOW], ids=lambda case: case.__name__)
 def test_what_is_wrong_is_refused_in_words(case):
     @SOME
     @given(st.integers(0, 2**64))

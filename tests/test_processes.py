@@ -11,6 +11,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
 import soak
 
@@ -46,7 +47,8 @@ def test_many_threads_give_the_same_bytes_as_one(view):
 def test_vertices_may_move_while_others_render(view):
     """Every picture is of the scene before or of the scene after, never of a part of each."""
     scene, camera, light = view
-    here, there = scene.vertices, scene.vertices + (0.0, 0.5, 0.0)
+    here = scene.vertices
+    there = here + np.array([0.0, 0.5, 0.0])
     pictures = set()
     for vertices in (here, there):
         scene.update_vertices(vertices)
