@@ -1,0 +1,110 @@
+"""The table of wrong pixels: its command, its random lights, and the table that is kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import lixel as lx
+from lixel import accuracy
+from lixel.random_views import random_camera, random_lights
+
+RESULTS = Path(__file__).parents[1] / "docs" / "results"
+
+
+@pytest.fixture
+def folder(tmp_path, view):
+    """A scene of two boxes as a file, and one camera and light in a scenes.json."""
+    lines = [f"v {x} {y} {z}" for x, y, z in view.scene.vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (view.scene.faces + 1).tolist()]
+    (tmp_path / "boxes.obj").write_text("\n".join(lines))
+    entry = {
+        "file": "boxes.obj",
+        "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], "fov_y_deg": 50}],
+        "lights": [{"kind": "directional", "direction": [1, -1.5, -0.5]}],
+    }
+    (tmp_path / "scenes.json").write_text(json.dumps([entry]))
+    return tmp_path
+
+
+def test_the_command_writes_every_view_and_goes_on(folder, capfd):
+    path = folder / "table.csv"
+    arguments = [str(folder), "--size", "96x64", "--random", "2", "-o", str(path)]
+    assert accuracy.main(arguments) == 0
+    table = pd.read_csv(path)
+    assert set(table["method"]) == {*accuracy.METHODS, accuracy.EMBREE}
+    assert table["light"].unique().tolist() == ["0", "random 0", "random 1"]
+    assert table["light_kind"].unique().tolist() == ["DirectionalLight", "PointLight"]
+    assert not table.loc[table["method"] != accuracy.EMBREE, "misclassified"].any()
+    assert (table["misclassified"] == table["false_lit"] + table["false_shadow"]).all()
+    assert "wrong" in capfd.readouterr().out
+    # Half of it is lost, and measured again to the same.
+    whole = path.read_text()
+    lines = whole.splitlines(keepends=True)
+    path.write_text("".join(lines[:5]))
+    assert accuracy.main(arguments) == 0
+    assert path.read_text() == whole
+
+
+def test_embree_stops_at_the_light(view):
+    """A lid above the lamp takes no light from the floor."""
+    scene, camera, _ = view
+    low, high = scene.bounds
+    lid = np.array([[low[0], 9, low[2]], [high[0], 9, low[2]], [high[0], 9, high[2]]])
+    faces = np.concatenate([scene.faces, [[len(scene.vertices) + i for i in range(3)]]])
+    covered = lx.Scene(np.concatenate([scene.vertices, lid]), faces)
+    lamp = lx.PointLight((1.3, 6.0, 2.0))
+    found = accuracy.Embree(covered).shadows(lx.render(covered, camera, lamp, "exact"))
+    result = lx.compare(found, lx.reference(covered, camera, lamp))
+    assert result.misclassified_count == 0
+    assert np.nansum(found) > 1000
+
+
+def test_random_lights_are_the_same_again_and_of_every_kind(view):
+    scene, camera, _ = view
+    first = random_lights(np.random.default_rng(3), scene, camera, 12)
+    assert repr(first) == repr(random_lights(np.random.default_rng(3), scene, camera, 12))
+    kinds = [lx.DirectionalLight, lx.PointLight, lx.SpotLight]
+    assert [type(light) for light in first] == kinds * 4
+    assert all(light.direction[1] < 0 for light in first[::3])
+
+    def is_in_view(point):
+        inverse = np.linalg.inv(camera.pose)
+        x, y, z = inverse[:3, :3] @ point + inverse[:3, 3]
+        column = camera.centre[0] - camera.focal[0] * x / z
+        row = camera.centre[1] + camera.focal[1] * y / z
+        return z < 0 and 0 <= column < camera.width and 0 <= row < camera.height
+
+    for number, light in enumerate(first):
+        if number % 3 and number % 2 == 0:
+            assert is_in_view(light.position)
+
+
+def test_random_cameras_look_at_the_scene(view):
+    for seed in range(20):
+        camera = random_camera(np.random.default_rng(seed), view.scene, 64, 48)
+        low, high = view.scene.bounds
+        centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
+        towards = -camera.pose[:3, 2] @ (centre - camera.eye)
+        assert towards > -radius
+        assert (camera.width, camera.height) == (64, 48)
+
+
+@pytest.mark.parametrize("path", sorted(RESULTS.glob("*/*.csv")), ids=lambda p: p.parent.name)
+def test_kept_tables_name_device_date_and_command(path):
+    table = pd.read_csv(path)
+    assert table[["device", "driver", "date", "command"]].notna().all(axis=None)
+    module = {"accuracy": "accuracy", "auto": "calibration"}[path.parent.name]
+    assert table["command"].str.startswith(f"python -m lixel.{module} ").all()
+
+
+def test_no_pixel_was_wrong_that_is_promised_right():
+    table = pd.read_csv(RESULTS / "accuracy" / "480x270.csv")
+    assert table["error"].isna().all()
+    wrong = table.groupby("method")["misclassified"].sum()
+    assert wrong["exact"] == wrong["ray_traced"] == 0
+    assert table.groupby("method")["covered"].nunique().nunique() == 1
