@@ -1,4 +1,5 @@
-// Exact rasterization: triangles to the nearest depth (and triangle) along each texel's own ray.
+// Rasterization: triangles to the nearest depth (and triangle) of each texel. Exact, along the texel's own
+// ray; or linear, where the casters are pieces with straight edges in the map (caster/pieces.wgsl).
 //
 // Three entry points, one after the other:
 //   bin    a triangle an invocation: culls, and lists the rest as items of work: a small triangle is
@@ -9,7 +10,7 @@
 #import projection
 #import warp
 #import target
-#import lib/edges
+#import caster
 
 // Lengths of the lists; also counts items beyond their capacity: the host then makes room and runs again.
 struct Counters {
@@ -17,6 +18,7 @@ struct Counters {
     coarse_tiles: atomic<u32>,
     outside: atomic<u32>,               // triangles whose bound holds no texel centre
     behind: atomic<u32>,                // triangles outside the range of depths
+    pieces: u32,                        // from tessellate.wgsl
 }
 
 // A triangle and a tile, x and y in 16 bits each; WHOLE stands for the whole triangle.
@@ -41,6 +43,7 @@ struct Job {
 // Arguments of the indirect dispatches of `split` and of `walk`.
 @group(0) @binding(8) var<storage, read_write> split_groups: array<u32, 3>;
 @group(0) @binding(9) var<storage, read_write> walk_groups: array<u32, 3>;
+@group(0) @binding(2) var<storage, read_write> bin_groups: array<u32, 3>;
 
 override items_per_invocation: u32 = 1u;
 // Texels in the bound of an item at most: the square of the side of a fine tile.
@@ -128,15 +131,16 @@ fn bin(
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
+    let count = caster_count(job.triangle_count, counters.pieces);
     let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
     var outside = 0u;
     var behind = 0u;
     for (var i = 0u; i < items_per_invocation; i += 1u) {
         let id = start + i * GROUP;
-        if id >= job.triangle_count {
+        if id >= count {
             break;
         }
-        let corners = load_corners(projection, id);
+        let corners = corners_of_caster(projection, id);
         let a = corners.a;
         let b = corners.b;
         let c = corners.c;
@@ -177,6 +181,13 @@ fn groups_for(count: u32) -> array<u32, 3> {
     return array<u32, 3>(width, (groups + width - 1u) / width, 1u);
 }
 
+// Where the number of casters is only known here.
+@compute @workgroup_size(1)
+fn prepare_bin() {
+    let count = caster_count(0u, counters.pieces);
+    bin_groups = groups_for((count + items_per_invocation - 1u) / items_per_invocation);
+}
+
 @compute @workgroup_size(1)
 fn prepare_split() {
     split_groups = groups_for(min(atomicLoad(&counters.coarse_tiles), arrayLength(&coarse_tiles)));
@@ -196,8 +207,8 @@ fn split(
         return;
     }
     let item = coarse_tiles[index];
-    let corners = load_corners(projection, item.triangle);
-    let triangle = triangle_from_corners(projection, item.triangle, corners);
+    let corners = corners_of_caster(projection, item.triangle);
+    let triangle = caster_from_corners(projection, item.triangle, corners).triangle;
     let all_of_it = bound_from_projected(projection, warp, corners.a, corners.b, corners.c);
     let bound = bound_of_tile(all_of_it, item.tile, 1 << job.coarse_shift);
     let first = bound.first >> vec2<u32>(fine_shift);
@@ -265,7 +276,7 @@ fn span_of_row(projection: Projection, sides: Sides, bound: Bound, row: i32) -> 
     return vec2<i32>(vec2<f32>(ceil(min(first, 1.0e6)), floor(max(last, -1.0))));
 }
 
-fn store_if_covered(projection: Projection, warp: Warp, triangle: Triangle, id: u32, x: i32, y: i32) {
+fn store_if_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, x: i32, y: i32) {
     var texel = vec2<f32>(f32(x), f32(y)) + 0.5 - projection.centre;
     if IS_WARPED {
         let size = vec2<f32>(projection.size);
@@ -273,12 +284,11 @@ fn store_if_covered(projection: Projection, warp: Warp, triangle: Triangle, id: 
     }
     let ray = ray_from_texel(projection, texel);
     let e = vec3<f32>(
-        evaluate_edge(triangle.edge0, ray),
-        evaluate_edge(triangle.edge1, ray),
-        evaluate_edge(triangle.edge2, ray),
+        evaluate_edge(caster.triangle.edge0, ray),
+        evaluate_edge(caster.triangle.edge1, ray),
+        evaluate_edge(caster.triangle.edge2, ray),
     );
-    let on_plane = clamp(depth_on_plane(triangle.plane, ray), triangle.depths.x, triangle.depths.y);
-    let z = clamp_to_nearest(on_plane, projection.z_min);
+    let z = clamp_to_nearest(depth_of_caster(caster, ray, e), projection.z_min);
     if min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && z >= projection.z_min && z <= projection.z_max {
         let depth = (z - projection.depth_offset) * projection.depth_scale;
         store_texel(u32(y) * projection.size.x + u32(x), depth, id);
@@ -299,7 +309,7 @@ fn walk(
     let end = min(start + GROUP * items_per_invocation, count);
     let whole_map = Bound(vec2<i32>(0), vec2<i32>(projection.size) - 1);
     var index = start;
-    var triangle: Triangle;
+    var caster: Caster;
     var sides: Sides;
     var id = 0u;
     var bound = Bound(vec2<i32>(0), vec2<i32>(-1));
@@ -312,22 +322,22 @@ fn walk(
         if row > bound.last.y {
             let item = items[index];
             index += GROUP;
-            id = item.triangle;
-            let corners = load_corners(projection, id);
-            triangle = triangle_from_corners(projection, item.triangle, corners);
+            id = triangle_of_caster(item.triangle);
+            let corners = corners_of_caster(projection, item.triangle);
+            caster = caster_from_corners(projection, item.triangle, corners);
             if item.tile == WHOLE {
                 bound = bound_from_projected(projection, warp, corners.a, corners.b, corners.c);
             } else {
                 bound = bound_of_tile(whole_map, item.tile, 1 << fine_shift);
             }
-            sides = sides_of_triangle(projection, triangle);
+            sides = sides_of_triangle(projection, caster.triangle);
             row = bound.first.y;
             span = span_of_row(projection, sides, bound, row);
             x = span.x;
         }
         for (var i = 0u; i < chunk; i += 1u) {
             if row <= bound.last.y && x <= span.y {
-                store_if_covered(projection, warp, triangle, id, x, row);
+                store_if_covered(projection, warp, caster, id, x, row);
             }
             x += 1;
             if x > span.y {

@@ -565,7 +565,11 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         };
         let (outside, behind) = (sum(|c| c.outside), sum(|c| c.behind));
         let pass = PyDict::new(py);
-        let all = stats.triangles * of_label().count();
+        let triangles = |counters: &Counters| match counters.is_linear {
+            0 => stats.triangles,
+            _ => counters.pieces as usize,
+        };
+        let all: usize = of_label().map(|(_, counters)| triangles(counters)).sum();
         pass.set_item("rasterized", all - outside - behind)?;
         pass.set_item("culled_outside", outside)?;
         pass.set_item("culled_by_depth", behind)?;

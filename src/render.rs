@@ -118,8 +118,8 @@ pub fn render(
     let mut cached = lock(&cache.0);
     let device_scene = DeviceScene::prepare(&mut cached, &gpu, scene)?;
     // Each try makes room for what the last one lacked; a third is only needed where the map's list
-    // grows after the visibility buffer's did.
-    for _ in 0..4 {
+    // grows after the visibility buffer's did, and some more where triangles are split.
+    for _ in 0..8 {
         match try_render(device_scene, scene, camera, light, method, outputs) {
             Ok(Some(rendered)) => return Ok(rendered),
             Ok(None) => device_scene.visibility = None,

@@ -20,6 +20,7 @@ from .arguments import count, real, reals
 from .light import LIGHTS, WITH_POSITION, Light, SpotLight
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
+Rasterization: TypeAlias = Literal["exact", "linear"]
 Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
 Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
 Fit: TypeAlias = Literal[
@@ -173,6 +174,20 @@ class ShadowMapMethod(ShadowMethod):
     ----------
     resolution : int
         Texels along each side of the map.
+    rasterization : {"exact", "linear"}
+        How casters become texels.
+
+        - ``"exact"``: each texel takes its own light ray through projection and warp.
+        - ``"linear"``: as published (Rosen, 6.1): corners are projected and warped, edges between
+          them are straight in the map, depths are interpolated along them. It is right where a
+          projection keeps lines and nothing is warped; a paraboloid ends at its rim, and around a
+          light casters nearer than 2^-16 of the farthest are left out.
+    tessellation : float, optional
+        For ``"linear"``: triangles are split at the middles of their edges until no edge in the map
+        is longer than this share of its side; 0.05, 0.025 and 0.01 are the paper's. Where two
+        functions of `NonOrthogonalWarp` part, which no splitting mends, an edge of a function's
+        width may stay longer. None: not at all. More pieces than the device has room for are a
+        `DeviceError`.
     lookup : {"auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
         How a receiver is compared with the map.
 
@@ -208,6 +223,8 @@ class ShadowMapMethod(ShadowMethod):
     """
 
     resolution: int = 1024
+    rasterization: Rasterization = "exact"
+    tessellation: float | None = None
     lookup: Lookup | Pcf = "auto"
     bias: Bias = "auto"
     constant_bias: float | None = None
@@ -215,6 +232,13 @@ class ShadowMapMethod(ShadowMethod):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "resolution", count("resolution", self.resolution, "texels"))
+        _check_choice("rasterization", self.rasterization, get_args(Rasterization))
+        if self.tessellation is not None:
+            object.__setattr__(self, "tessellation", real("tessellation", self.tessellation))
+            if not 0.0 < self.tessellation <= 1.0:
+                raise ValueError(
+                    f"tessellation must be above 0 and at most 1, got {self.tessellation}"
+                )
         if not isinstance(self.lookup, Pcf) and self.lookup not in get_args(Lookup):
             known = ", ".join(map(repr, get_args(Lookup)))
             raise ValueError(f"lookup must be one of {known} or a lixel.Pcf, got {self.lookup!r}")

@@ -47,24 +47,37 @@ fn triangle_from_corners(projection: Projection, id: u32, corners: Corners) -> T
     let a = corners.a;
     let b = corners.b;
     let c = corners.c;
-    let ha = homogeneous_from_projected(a);
-    let hb = homogeneous_from_projected(b);
-    let hc = homogeneous_from_projected(c);
+    let normal = normal_of_triangle(id);
+    // Not from the turned corners: those of a huge floor are rounded by more than its height.
+    let height = dot(normal, corners.nearest);
+    return triangle_from_homogeneous(
+        homogeneous_from_projected(a),
+        homogeneous_from_projected(b),
+        homogeneous_from_projected(c),
+        depth_plane(projected_from_normal(projection, normal), height),
+        depths_of_triangle(a, b, c),
+    );
+}
+
+fn triangle_from_homogeneous(
+    ha: vec3<f32>,
+    hb: vec3<f32>,
+    hc: vec3<f32>,
+    plane: vec3<f32>,
+    depths: vec2<f32>,
+) -> Triangle {
     // A ray that meets the triangle in front of its origin has e_i of the sign of this determinant;
     // a triangle seen edge-on has none and covers nothing. With a corner at the origin of the rays it
     // is seen edge-on, but the determinant may round to either sign.
     let zero = vec3<f32>(0.0);
     let is_at_origin = all(ha == zero) || all(hb == zero) || all(hc == zero);
     let orientation = select(sign(dot(ha, cross(hb - ha, hc - ha))), 0.0, is_at_origin);
-    let normal = normal_of_triangle(id);
-    // Not from the turned corners: those of a huge floor are rounded by more than its height.
-    let height = dot(normal, corners.nearest);
     return Triangle(
         edge_through(hb, hc, orientation),
         edge_through(hc, ha, orientation),
         edge_through(ha, hb, orientation),
-        depth_plane(projected_from_normal(projection, normal), height),
-        depths_of_triangle(a, b, c),
+        plane,
+        depths,
     );
 }
 

@@ -166,3 +166,16 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
 fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
     return z;
 }
+
+// Sides that triangles are cut at where a corner has no place: the rim.
+const CUTS: u32 = 1u;
+
+// Centred texel times w, and w: published paraboloids interpolate distances, as if nothing was projected.
+fn homogeneous_texel(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(centred_texel_from_projected(projection, q), 1.0);
+}
+
+// Positive in the half of space that corners can be taken from to the map: before the rim.
+fn side_from_projected(projection: Projection, q: vec3<f32>) -> f32 {
+    return q.z;
+}

@@ -142,3 +142,18 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
 fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
     return max(z, z_min);
 }
+
+// Sides that triangles are cut at where a corner has no place or is far off: the end of the projection,
+// and those of a band around the map.
+const CUTS: u32 = 5u;
+
+// Centred texel times w, and w: what depths are divided by before they are interpolated along lines of
+// the map.
+fn homogeneous_texel(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return times(projection.texel_from_place, vec3<f32>(q.xy, 1.0));
+}
+
+// Positive in the half of space that corners can be taken from to the map: before the horizon.
+fn side_from_projected(projection: Projection, q: vec3<f32>) -> f32 {
+    return homogeneous_texel(projection, q).z - projection.least_w;
+}

@@ -108,3 +108,19 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
 fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
     return z;
 }
+
+// Sides that triangles are cut at where a corner has no place or is far off: the end of the projection,
+// and those of a band around the map.
+const CUTS: u32 = 5u;
+
+// Centred texel times w, and w: what depths are divided by before they are interpolated along lines of
+// the map.
+fn homogeneous_texel(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return q;
+}
+
+// Positive in the half of space that corners can be taken from to the map: behind the near plane. A corner
+// nearer than 2^-16 of the farthest depth would be placed by its rounding.
+fn side_from_projected(projection: Projection, q: vec3<f32>) -> f32 {
+    return q.z - max(projection.z_min, projection.z_max / 65536.0);
+}

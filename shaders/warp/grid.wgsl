@@ -61,6 +61,12 @@ fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
     return Warped(vec2<f32>(x.x, y.x), vec2<f32>(x.y, y.y));
 }
 
+// How wide a function is in the linear map: between two of them the warp is torn. 0 where there is one.
+fn width_of_function(warp: Warp) -> f32 {
+    let most = max(warp.functions.x, warp.functions.y);
+    return select(0.0, 1.0 / f32(most), most > 1u);
+}
+
 // Linear map coordinates, in [0, 1], of a texel's centre.
 fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32> {
     let place = vec2<u32>(texel);

@@ -19,6 +19,11 @@ fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
     return Warped(uv, vec2<f32>(1.0));
 }
 
+// How wide a function is in the linear map: between two of them the warp is torn. 0 where there is one.
+fn width_of_function(warp: Warp) -> f32 {
+    return 0.0;
+}
+
 // Linear map coordinates, in [0, 1], of a texel's centre.
 fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32> {
     return (vec2<f32>(texel) + 0.5) / vec2<f32>(size);

@@ -1,8 +1,8 @@
 //! The list of shaders, and how they are put together.
 //!
 //! A shader is a file of `shaders/` with `#import` lines, each of which stands for another file, taken
-//! once. Four imports are slots that a pass fills: `#import projection` with one of `projection/`,
-//! `#import warp` with one of `warp/`, and `#import target` and `#import stored` with one of `target/`
+//! once. Five imports are slots that a pass fills: `#import projection` with one of `projection/`,
+//! `#import warp` with one of `warp/`, `#import caster` with one of `caster/`, and `#import target` and `#import stored` with one of `target/`
 //! and of `stored/`, which write and read the same texels.
 
 macro_rules! file {
@@ -20,9 +20,12 @@ macro_rules! file {
 }
 /// Every file of `shaders/`, by its name without the extension.
 pub const FILES: &[(&str, &str)] = &[
+    file!("caster/pieces"),
+    file!("caster/scene"),
     file!("lib/edges"),
     file!("lib/light_grid"),
     file!("lib/normals"),
+    file!("lib/pieces"),
     file!("lib/projection"),
     file!("lib/receivers"),
     file!("lib/shadow_ray"),
@@ -51,6 +54,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("shadow_rays"),
     file!("shadow_volumes"),
     file!("samples"),
+    file!("tessellate"),
     file!("warp_map"),
 ];
 
@@ -60,6 +64,7 @@ pub struct Shader {
     pub file: &'static str,
     pub projection: &'static str,
     pub warp: &'static str,
+    pub caster: &'static str,
     pub target: &'static str,
     pub stored: &'static str,
 }
@@ -70,6 +75,7 @@ impl Shader {
             file,
             projection: "projection/parallel",
             warp: "warp/none",
+            caster: "caster/scene",
             target: "target/depth",
             stored: "stored/depth",
         }
@@ -86,6 +92,7 @@ impl Shader {
         let name = match name {
             "projection" => self.projection,
             "warp" => self.warp,
+            "caster" => self.caster,
             "target" => self.target,
             "stored" => self.stored,
             file => file,
@@ -130,6 +137,7 @@ mod tests {
             "shadow_rays",
             "shadow_volumes",
             "samples",
+            "tessellate",
             "warp_map",
         ];
         let mut shaders = Vec::new();
@@ -151,10 +159,18 @@ mod tests {
                             warp,
                             target,
                             stored,
+                            ..Shader::new(file)
                         });
                     }
                 }
             }
+        }
+        for target in ["target/depth", "target/depth_triangle"] {
+            shaders.push(Shader {
+                caster: "caster/pieces",
+                target,
+                ..Shader::new("rasterize")
+            });
         }
         shaders
     }
@@ -179,7 +195,15 @@ mod tests {
     fn every_file_is_listed() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
         let mut found = 0;
-        for folder in ["", "lib", "projection", "stored", "target", "warp"] {
+        for folder in [
+            "",
+            "caster",
+            "lib",
+            "projection",
+            "stored",
+            "target",
+            "warp",
+        ] {
             for entry in std::fs::read_dir(root.join(folder)).unwrap() {
                 found += usize::from(entry.unwrap().path().extension().is_some());
             }

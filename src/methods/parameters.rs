@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, ensure_value};
 use crate::passes::lookup::{Comparison, DepthBias, Filter};
+use crate::passes::rasterize::Rasterization;
 use crate::projection::{Kind, Projection};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
@@ -200,6 +201,21 @@ impl Parameters {
         })
     }
 
+    fn take_rasterization(&mut self) -> Result<Rasterization> {
+        let is_linear = self.take_choice("rasterization", &[("exact", false), ("linear", true)])?;
+        let longest_edge = self.take_optional("tessellation")?;
+        if let Some(share) = longest_edge {
+            ensure_value!(
+                share > 0.0 && share <= 1.0,
+                "tessellation must be above 0 and at most 1, got {share}"
+            );
+        }
+        Ok(match is_linear {
+            true => Rasterization::Linear { longest_edge },
+            false => Rasterization::Exact,
+        })
+    }
+
     /// One of `LOOKUPS`, or a filter: `"pcf(radius=2.0, samples=16, space=warped)"`.
     fn take_lookup(&mut self) -> Result<Comparison> {
         let filter = match self.0.get("lookup") {
@@ -265,6 +281,7 @@ const LARGEST_RESOLUTION: u32 = 32768;
 pub struct MapParameters {
     /// Texels along each side.
     pub resolution: u32,
+    pub rasterization: Rasterization,
     pub lookup: Comparison,
     pub bias: Bias,
     /// World units; `None` for the default of the kind of bias.
@@ -311,6 +328,7 @@ impl MapParameters {
     pub fn new(resolution: u32) -> Self {
         Self {
             resolution,
+            rasterization: Rasterization::Exact,
             lookup: LOOKUPS[0].1,
             bias: Bias::Auto,
             constant_bias: None,
@@ -331,6 +349,8 @@ impl MapParameters {
     pub fn defaults() -> Vec<(&'static str, Value)> {
         vec![
             ("resolution", Value::Int(1024)),
+            ("rasterization", Value::Text("exact".to_string())),
+            ("tessellation", Value::None),
             ("lookup", Value::Text("auto".to_string())),
             ("bias", Value::Text("auto".to_string())),
             ("constant_bias", Value::None),
@@ -341,6 +361,7 @@ impl MapParameters {
     pub fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         Ok(Self {
             resolution: parameters.take_resolution("resolution")?,
+            rasterization: parameters.take_rasterization()?,
             lookup: parameters.take_lookup()?,
             bias: parameters.take_choice("bias", BIASES)?,
             constant_bias: parameters.take_optional("constant_bias")?,

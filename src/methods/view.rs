@@ -11,7 +11,7 @@ use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
 use crate::passes::light_grid::LightGrid;
 use crate::passes::lookup::{self, Comparison, Looked};
 use crate::passes::outline::{self, Points};
-use crate::passes::rasterize::{Counters, Target};
+use crate::passes::rasterize::{Counters, Rasterization, Target};
 use crate::passes::receiver_lists::RECEIVER_BYTES;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::warp_map::WarpMap;
@@ -215,8 +215,14 @@ impl<'a> View<'a> {
     pub fn depth_image(&mut self, fitted: Fitted) -> Result<Analysed> {
         let projection = &fitted.projection;
         let target = Target::DepthTriangle;
-        let rasterized =
-            shadow_map::shadow_map(&mut self.frame, self.inputs, projection, None, target)?;
+        let rasterized = shadow_map::shadow_map(
+            &mut self.frame,
+            self.inputs,
+            projection,
+            None,
+            target,
+            Rasterization::Exact,
+        )?;
         self.pending.push((shadow_map::LABEL, rasterized.counters));
         Ok(Analysed {
             fitted,
@@ -282,6 +288,7 @@ impl<'a> View<'a> {
                 projection,
                 plan.warp.as_ref(),
                 map.lookup.target(),
+                map.rasterization,
             )?;
             self.pending.push((shadow_map::LABEL, rasterized.counters));
             let rounding = position_rounding(projection, self.camera.eye);
@@ -333,6 +340,7 @@ impl<'a> View<'a> {
                 &map,
                 None,
                 Target::DepthTriangle,
+                Rasterization::Exact,
             )?;
             self.pending.push((shadow_map::LABEL, rasterized.counters));
             let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);

@@ -16,6 +16,7 @@ pub mod shadow_edge;
 pub mod shadow_map;
 pub mod shadow_rays;
 pub mod shadow_volumes;
+pub mod tessellate;
 pub mod visibility;
 pub mod warp_map;
 

@@ -1,5 +1,6 @@
-//! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`.
+//! Rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`.
 
+use super::tessellate::{self, tessellate};
 use super::warp_map::{self, WarpMap};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
@@ -20,7 +21,17 @@ pub enum Target {
     DepthTriangle,
 }
 
-/// As `Counters` in the shader.
+/// How triangles become texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rasterization {
+    /// Each texel takes its own ray.
+    Exact,
+    /// As published: corners are projected and warped, edges between them are straight in the map.
+    /// Triangles are split until no edge is longer than this share of the map's side.
+    Linear { longest_edge: Option<f64> },
+}
+
+/// As `Counters` in the shaders.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct Counters {
@@ -32,6 +43,17 @@ pub struct Counters {
     pub outside: u32,
     /// Triangles outside the range of depths.
     pub behind: u32,
+    /// Pieces of triangles that a linear rasterization is of.
+    pub pieces: u32,
+    current_unfinished: u32,
+    /// Pieces whose edges were too long when the splitting ended.
+    pub next_unfinished: u32,
+    /// In any round of splitting.
+    pub most_unfinished: u32,
+    /// Pieces that found no room.
+    pub lost: u32,
+    /// 1 where pieces, not triangles, are counted.
+    pub is_linear: u32,
 }
 
 /// As `Job` in the shader.
@@ -68,6 +90,7 @@ pub fn rasterize(
     projection: &Projection,
     warp: Option<&WarpMap>,
     target: Target,
+    rasterization: Rasterization,
 ) -> Result<Rasterized> {
     let texel_bytes = match target {
         Target::Depth => 4,
@@ -83,20 +106,49 @@ pub fn rasterize(
     frame.clear(&texels);
     frame.clear(&counters);
 
+    let pieces = match rasterization {
+        Rasterization::Exact => None,
+        Rasterization::Linear { longest_edge } => {
+            let pieces = tessellate(
+                frame,
+                label,
+                scene,
+                projection,
+                warp,
+                longest_edge,
+                &counters,
+            )?;
+            Some((pieces, frame.storage("workgroups of bin", 12)?))
+        }
+    };
+    // Pieces are in the map, beyond projection and warp.
+    let warp = warp.filter(|_| pieces.is_none());
     let shader = Shader {
-        projection: projection.shader(),
+        projection: match pieces {
+            None => projection.shader(),
+            Some(_) => "projection/parallel",
+        },
         warp: warp_map::shader(warp),
+        caster: match pieces {
+            None => "caster/scene",
+            Some(_) => "caster/pieces",
+        },
         target: match target {
             Target::Depth => "target/depth",
             Target::DepthTriangle => "target/depth_triangle",
         },
         ..Shader::new("rasterize")
     };
-    let has_straight_rows = warp.is_none() && projection.has_straight_edges();
+    let has_straight_rows = pieces.is_some() || (warp.is_none() && projection.has_straight_edges());
     let warp = warp.map(WarpMap::bindings).unwrap_or_default();
     let gpu = frame.gpu.clone();
     let per_invocation = gpu.work_per_invocation(1, 64);
-    let has_low_parts = ("has_low_parts", f64::from(u8::from(scene.has_low_parts)));
+    let has_low_parts = f64::from(u8::from(scene.has_low_parts));
+    // Of the scene's vertices, which pieces do not ask for.
+    let of_casters = |mut constants: Vec<(&'static str, f64)>| {
+        constants.extend(pieces.is_none().then_some(("has_low_parts", has_low_parts)));
+        constants
+    };
     let items_per_invocation = ("items_per_invocation", f64::from(per_invocation));
     // Where edges are no lines, rows are walked from side to side of a tile: smaller ones waste less.
     let fine_shift = match has_straight_rows {
@@ -108,15 +160,16 @@ pub fn rasterize(
     let bin = gpu.pipeline(
         shader,
         "bin",
-        &[has_low_parts, items_per_invocation, small_area],
+        &of_casters(vec![items_per_invocation, small_area]),
     );
+    let prepare_bin = gpu.pipeline(shader, "prepare_bin", &[items_per_invocation]);
     let prepare_split = gpu.pipeline(shader, "prepare_split", &[]);
-    let split = gpu.pipeline(shader, "split", &[has_low_parts, fine_shift]);
+    let split = gpu.pipeline(shader, "split", &of_casters(vec![fine_shift]));
     let prepare_walk = gpu.pipeline(shader, "prepare_walk", &[items_per_invocation]);
     let walk = gpu.pipeline(
         shader,
         "walk",
-        &[has_low_parts, items_per_invocation, fine_shift],
+        &of_casters(vec![items_per_invocation, fine_shift]),
     );
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
@@ -129,24 +182,43 @@ pub fn rasterize(
     };
     let job = frame.uniform("job", &job);
     let job = (0, buffer(&job));
-    let vertex_indices = (1, table(&scene.vertex_indices));
-    let positions_high = (2, table(&scene.positions_high));
-    let positions_low = (3, table(&scene.positions_low));
-    let unit_normals = (10, table(&scene.unit_normals));
     let counted = (4, buffer(&counters));
     let drawn = (5, buffer(&texels));
     let items = (6, buffer(&items));
     let coarse_tiles = (7, buffer(&coarse_tiles));
-    let scene_bindings = [job, vertex_indices, positions_high, positions_low];
-    // Bindings of the scene and the warp, and some more.
-    let mut scene_and_warp = scene_bindings.to_vec();
-    scene_and_warp.extend(warp);
-    let triangles = u64::from(scene.triangle_count);
-    let dispatches = [
+    // Bindings of the casters and the warp, and those of the casters' planes.
+    let mut casters = vec![job];
+    let mut planes = Vec::new();
+    let mut dispatches = Vec::new();
+    let bin_groups = match &pieces {
+        None => {
+            casters.extend([
+                (1, table(&scene.vertex_indices)),
+                (2, table(&scene.positions_high)),
+                (3, table(&scene.positions_low)),
+            ]);
+            planes.push((10, table(&scene.unit_normals)));
+            let triangles = u64::from(scene.triangle_count);
+            Groups::Linear(triangles.div_ceil(GROUP * u64::from(per_invocation)))
+        }
+        Some((pieces, bin_groups)) => {
+            casters.push((1, buffer(pieces)));
+            let counts_and_groups = [&counted, &(2, buffer(bin_groups))];
+            dispatches.push(Dispatch {
+                pipeline: &prepare_bin,
+                bindings: joined(&casters[1..], &counts_and_groups),
+                groups: Groups::Linear(1),
+            });
+            Groups::Indirect(bin_groups)
+        }
+    };
+    casters.extend(warp);
+    let planed = joined(&casters, &planes.iter().collect::<Vec<_>>());
+    dispatches.extend([
         Dispatch {
             pipeline: &bin,
-            bindings: joined(&scene_and_warp, &[&counted, &items, &coarse_tiles]),
-            groups: Groups::Linear(triangles.div_ceil(GROUP * u64::from(per_invocation))),
+            bindings: joined(&casters, &[&counted, &items, &coarse_tiles]),
+            groups: bin_groups,
         },
         Dispatch {
             pipeline: &prepare_split,
@@ -155,10 +227,7 @@ pub fn rasterize(
         },
         Dispatch {
             pipeline: &split,
-            bindings: joined(
-                &scene_and_warp,
-                &[&counted, &items, &coarse_tiles, &unit_normals],
-            ),
+            bindings: joined(&planed, &[&counted, &items, &coarse_tiles]),
             groups: Groups::Indirect(&split_groups),
         },
         Dispatch {
@@ -168,10 +237,10 @@ pub fn rasterize(
         },
         Dispatch {
             pipeline: &walk,
-            bindings: joined(&scene_and_warp, &[&counted, &drawn, &items, &unit_normals]),
+            bindings: joined(&planed, &[&counted, &drawn, &items]),
             groups: Groups::Indirect(&walk_groups),
         },
-    ];
+    ]);
     frame.pass(label, &dispatches);
     let counters = frame.read(Source::Taken(counters), 1)?;
     Ok(Rasterized { texels, counters })
@@ -184,10 +253,13 @@ pub fn joined<'a>(shared: &[Binding<'a>], own: &[&Binding<'a>]) -> Vec<Binding<'
 }
 
 /// Invocations of a workgroup.
-const GROUP: u64 = 64;
+pub const GROUP: u64 = 64;
 
 /// Whether every item had room in its list. If not, room is made for the next try.
 pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+    if !tessellate::had_room(gpu, counters)? {
+        return Ok(false);
+    }
     let wanted = u64::from(counters.items.max(counters.coarse_tiles));
     if wanted <= item_capacity(scene.triangle_count) {
         return Ok(true);

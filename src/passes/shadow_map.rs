@@ -1,7 +1,7 @@
 //! Pass "shadow map": casters to nearest depth per texel, seen from the light.
 
 use super::Inputs;
-use super::rasterize::{Rasterized, Target, rasterize};
+use super::rasterize::{Rasterization, Rasterized, Target, rasterize};
 use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::frame::Frame;
@@ -15,8 +15,17 @@ pub fn shadow_map(
     projection: &Projection,
     warp: Option<&WarpMap>,
     target: Target,
+    rasterization: Rasterization,
 ) -> Result<Rasterized> {
-    rasterize(frame, LABEL, inputs.scene, projection, warp, target)
+    rasterize(
+        frame,
+        LABEL,
+        inputs.scene,
+        projection,
+        warp,
+        target,
+        rasterization,
+    )
 }
 
 /// Depth in [0, 1] of a texel, 1 where it is empty.

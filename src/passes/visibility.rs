@@ -1,7 +1,7 @@
 //! Pass "visibility": camera to nearest depth and triangle per pixel.
 
 use super::Inputs;
-use super::rasterize::{Rasterized, Target, rasterize};
+use super::rasterize::{Rasterization, Rasterized, Target, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;
 use crate::projection::Projection;
@@ -22,6 +22,7 @@ pub fn visibility(frame: &mut Frame, inputs: Inputs) -> Result<Rasterized> {
         &projection,
         None,
         Target::DepthTriangle,
+        Rasterization::Exact,
     )
 }
 
