@@ -134,3 +134,21 @@ def test_a_path_turns_the_camera():
 def test_an_unknown_table_is_refused(capfd):
     assert cli.main(["papers", "rosen-9"]) == 2
     assert "table must be one of rosen-1" in capfd.readouterr().err
+
+
+def test_rows_without_a_figure_of_the_paper_stand_beside_the_others(with_tables, capfd):
+    with_tables(
+        papers.Table(
+            "straight", "Straight", "nobody, 2000", base="rtw, not split",
+            rows=papers._straight_and_exact("rtw", (((1.0), (2.0, 3.0)),) * 4),
+            details=papers._DRAWN,
+            **SMALL,
+        )
+    )  # fmt: skip
+    rows = papers.run(repeats=1)["straight"]
+    assert [row["paper, ratio"] for row in rows[:5]] == [1.0, 1.0, 1.0, 1.0, None]
+    assert [row["paper, ms"] for row in rows[5:]] == ["2-3"] * 4 + ["-"]
+    drawn = [row["triangles drawn"] for row in rows[5:]]
+    assert drawn[:4] == sorted(drawn[:4])
+    assert drawn[3] > drawn[0]
+    assert rows[5]["wrong pixels"] > rows[9]["wrong pixels"]

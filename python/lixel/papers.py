@@ -55,11 +55,12 @@ class Stand:
 
 @dataclass(frozen=True)
 class Row:
-    """A method of a table and its figures, one for each column: a number, or a range."""
+    """A method of a table and its figures, one for each column: a number, a range, or None where
+    the paper has none."""
 
     name: str
     method: str
-    figures: tuple[Figure, ...]
+    figures: tuple[Figure | None, ...]
     parameters: Mapping[str, Any] = field(default_factory=dict)
     # The passes that the figures are of; None: those of the table.
     passes: tuple[str, ...] | None = None
@@ -86,6 +87,8 @@ class Table:
     # shares of the frame.
     stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     unit: str = "ms"
+    # Columns of the study, whose medians are added under these names.
+    details: Mapping[str, str] = field(default_factory=dict)
     # Why ours differ where they do.
     remark: str = ""
 
@@ -128,6 +131,26 @@ _MILET_3_REMARK = (
     "the warps and the gbuffer than in the paper, where hardware does both."
 )
 
+_LINEAR = {"lookup": "depth", "rasterization": "linear"}
+_SPLIT = ((None, "not split"), (0.05, "5 %"), (0.025, "2.5 %"), (0.01, "1 %"))
+_DRAWN = {
+    "shadow map, ms": "pass_ms.shadow map",
+    "triangles drawn": "stats.shadow map.rasterized",
+}
+
+
+def _straight_and_exact(
+    method: str, figures: Sequence[tuple[Figure | None, ...]] = ((None,),) * 4
+) -> tuple[Row, ...]:
+    """Straight edges, split or not, with the paper's figures of each, and exact ones."""
+    straight = (
+        Row(f"{method}, {words}", method, given, {**_LINEAR, "tessellation": share})
+        for (share, words), given in zip(_SPLIT, figures, strict=True)
+    )
+    none = (None,) * len(figures[0])
+    return (*straight, Row(f"{method}, exact", method, none, {"lookup": "depth"}))
+
+
 TABLES = (
     Table(
         "rosen-1",
@@ -167,6 +190,52 @@ TABLES = (
         },
         remark="Forward and hybrid analysis render the light's depth image first, which the paper "
         "counts to (a), and we, as it is the same pass, to (c).",
+    ),
+    Table(
+        "rosen-3",
+        "Straight edges between warped corners",
+        f"{ROSEN}, Table 3",
+        (1920, 1080),
+        2048,
+        _ROSEN_SCENES,
+        _straight_and_exact(
+            "rtw",
+            (
+                ((4.3, 5.4), (3.8, 4.8), (3.8, 5.0)),
+                ((5.5, 6.9), (5.2, 5.9), (8.4, 9.5)),
+                ((5.8, 7.0), (5.9, 7.0), (10.9, 11.9)),
+                ((6.0, 7.2), (8.0, 9.5), (16.5, 17.4)),
+            ),
+        ),
+        base="rtw, not split",
+        details=_DRAWN,
+        remark="Triangles are split until no edge in the map is longer than the share of its side. "
+        "The exact rows, which the paper has not, take each texel's own ray.",
+    ),
+    Table(
+        "rosen-3-warps",
+        "Straight edges between warped corners, and exact ones",
+        "as Rosen's Table 3",
+        (1920, 1080),
+        1024,
+        {"colonnade": Stand("colonnade")},
+        _straight_and_exact("rtw") + _straight_and_exact("notw"),
+        base="rtw, not split",
+        details=_DRAWN,
+    ),
+    Table(
+        "rosen-3-paraboloids",
+        "Straight edges between corners on paraboloids, and exact ones",
+        "as Rosen's Table 3",
+        (1920, 1080),
+        1024,
+        {
+            "colonnade": Stand("colonnade", light=PointLight((0.4, 3.4, -9.3))),
+            "plane and box": Stand("plane_and_box", light=PointLight((0.3, 4.0, 0.2))),
+        },
+        _straight_and_exact("dual_paraboloid", ((None, None),) * 4),
+        base="dual_paraboloid, not split",
+        details=_DRAWN,
     ),
     Table(
         "rosen-figure-1",
@@ -405,17 +474,19 @@ def _beside(chosen: Table, measured: pandas.DataFrame) -> Iterator[dict[str, Any
             if chosen.stages:
                 ms = _of_passes(cases, columns[column])
                 whole = sum(_of_passes(cases, passes) for passes in columns.values())
+                figures = [_middle(each) for each in row.figures if each is not None]
                 cells |= {
-                    "paper, %": 100.0 * _middle(figure) / sum(map(_middle, row.figures)),
+                    "paper, %": None if figure is None else 100.0 * _middle(figure) / sum(figures),
                     "ours, %": 100.0 * float((ms / whole).median()),
                 }
             else:
                 ms = _ms(chosen, row, cases)
                 cells |= {
-                    "paper, ratio": _time(chosen, figure) / _time(chosen, base.figures[i]),
+                    "paper, ratio": _ratio(chosen, figure, base.figures[i]),
                     "ours, ratio": float(ms.median() / base_ms.median()),
                 }
             cells |= {f"paper, {chosen.unit}": _text(figure), "ours, ms": _range(ms)}
+            cells |= {name: float(cases[of].median()) for name, of in chosen.details.items()}
             if row.passes is None and not chosen.stages:
                 wrong, base_wrong = (
                     int(each["misclassified_count"].sum()) for each in (cases, base_cases)
@@ -442,6 +513,12 @@ def _of_passes(cases: pandas.DataFrame, passes: Sequence[str]) -> pandas.Series:
     return cases[names].fillna(0.0).sum(axis=1)
 
 
+def _ratio(chosen: Table, figure: Figure | None, base: Figure | None) -> float | None:
+    if figure is None or base is None:
+        return None
+    return _time(chosen, figure) / _time(chosen, base)
+
+
 def _time(chosen: Table, figure: Figure) -> float:
     """In whatever unit; frames per second are turned over."""
     return 1.0 / _middle(figure) if chosen.unit == "fps" else _middle(figure)
@@ -451,7 +528,9 @@ def _middle(figure: Figure) -> float:
     return sum(figure) / 2 if isinstance(figure, tuple) else figure
 
 
-def _text(figure: Figure) -> str:
+def _text(figure: Figure | None) -> str:
+    if figure is None:
+        return "-"
     return "-".join(f"{f:g}" for f in figure) if isinstance(figure, tuple) else f"{figure:g}"
 
 
@@ -468,7 +547,9 @@ def _ours(method: Method) -> str:
 def _turned(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Pairs of rows that stand the other way round than in the paper, by a twentieth or more."""
     for first, second in itertools.combinations(rows, 2):
-        if "paper, ratio" not in first or first["scene"] != second["scene"]:
+        if first.get("paper, ratio") is None or first["scene"] != second["scene"]:
+            continue
+        if second["paper, ratio"] is None:
             continue
         paper = first["paper, ratio"] / second["paper, ratio"]
         ours = first["ours, ratio"] / second["ours, ratio"]
