@@ -4,8 +4,10 @@
 #import stored
 
 struct ShadowEdge {
-    bias: f32,                          // depth; what it is where a texel's beam is as wide as a unit
+    constant_bias: f32,                 // depth
+    beam_bias: f32,                     // depth per growth of a texel's beam
     floor: f32,                         // Rosen's alpha
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
@@ -34,6 +36,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let centred = vec2<f32>(place) + 0.5 - projection.centre;
     let point = projected_from_ray(ray_from_texel(projection, centred), middle);
-    let is_edge = jump > shadow_edge_uniform.bias * beam_growth(projection, point);
-    shadow_edges[invocation.y * projection.size.x + invocation.x] = select(shadow_edge_uniform.floor, 1.0, is_edge);
+    let edge = shadow_edge_uniform;
+    let is_edge = jump > edge.constant_bias + edge.beam_bias * beam_growth(projection, point);
+    shadow_edges[invocation.y * projection.size.x + invocation.x] = select(edge.floor, 1.0, is_edge);
 }

@@ -314,11 +314,6 @@ impl Projection {
         sides.fold(DVec2::INFINITY, DVec2::min)
     }
 
-    /// Whether a beam is as wide as its depth is large.
-    pub fn beams_widen(&self) -> bool {
-        self.kind != Kind::Parallel
-    }
-
     /// Homogeneous (column, row, depth, w) in texels from a point in the world; column and row are to
     /// be divided by w, the depth is as it is. Of a
     /// paraboloid, which has no such matrix, the point in the axes that it is taken in.
@@ -356,7 +351,8 @@ impl Projection {
     /// stay within float32, whatever the world's unit of length. A power of two, which rounds nothing.
     pub fn unit(&self) -> f64 {
         let length = match self.kind {
-            Kind::Parallel => 1.0,
+            // Texels, of which there are few thousand; with a homography, world units.
+            Kind::Parallel => self.homography.map_or(1.0, |homography| homography.reach),
             // A camera may see to infinity.
             Kind::Perspective if self.far.is_infinite() => self.near,
             Kind::Perspective | Kind::Paraboloid => self.far,
@@ -389,8 +385,12 @@ impl Projection {
             step_x: padded(steps.x_axis),
             step_y: padded(steps.y_axis),
             step_z: padded(steps.z_axis),
-            texel_from_place: rows(self.homography.map_or(DMat3::ZERO, |h| h.matrix)),
-            place_from_texel: rows(self.homography.map_or(DMat3::ZERO, |h| h.inverse)),
+            texel_from_place: rows(self.homography.map_or(DMat3::ZERO, |h| {
+                h.matrix * DMat3::from_diagonal(DVec3::new(unit.recip(), unit.recip(), 1.0))
+            })),
+            place_from_texel: rows(self.homography.map_or(DMat3::ZERO, |h| {
+                DMat3::from_diagonal(DVec3::new(unit, unit, 1.0)) * h.inverse
+            })),
         }
     }
 }

@@ -10,12 +10,7 @@ from views import HEIGHT, WIDTH, small
 
 import lixel as lx
 
-# Light matrices and cascades have their own tests, in test_light_matrices.py.
-METHODS = [
-    method
-    for method in lx.methods.MAP_METHODS.values()
-    if method is not lx.Cascades and not hasattr(method(), "sample_resolution")
-]
+METHODS = list(lx.methods.MAP_METHODS.values())
 # Those whose texels lie where the light matrix puts them.
 LINEAR = [lx.Uniform, lx.DesiredView]
 

@@ -82,13 +82,10 @@ fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, s
     return q.z + dot(-normal.xy / normal.z, place_step(projection, q, step));
 }
 
-// The width of a texel's beam at a point, world units.
+// The width of a texel's beam at a point.
 fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
     let slopes = place_slopes(projection, q);
-    // Squares of world units may leave float32.
-    let sizes = max(abs(slopes[0]), abs(slopes[1]));
-    let largest = max(max(sizes.x, sizes.y), 1e-37);
-    return largest * max(length(slopes[0] / largest), length(slopes[1] / largest));
+    return max(length(slopes[0]), length(slopes[1]));
 }
 
 fn grown_by_corner(projection: Projection, extent: Extent, texel: vec3<f32>) -> Extent {

@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 
 /// Triangles as the shaders read them, see `shaders/lib/triangles.wgsl`.
@@ -25,6 +26,8 @@ pub struct SceneTables {
     pub bounds: (DVec3, DVec3),
     pub triangle_count: u32,
     pub generation: u64,
+    /// Items of work beyond one for each triangle that a rasterized map of the scene needs room for.
+    pub spare_items: AtomicU64,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
     edges: Mutex<Option<Arc<EdgeTables>>>,
 }
@@ -113,6 +116,7 @@ impl SceneTables {
             bounds: scene.bounds(),
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
+            spare_items: AtomicU64::new(1 << 16),
             hierarchy: Mutex::default(),
             edges: Mutex::default(),
         };

@@ -11,6 +11,7 @@ use crate::error::{Result, ensure_value};
 use crate::methods::view::Fitted;
 use crate::passes::boundary::BoundaryWeights;
 use crate::passes::importance_map::Factors;
+use crate::passes::shadow_edge::EdgeBias;
 
 /// Where importance comes from (Rosen, section 4.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,8 +163,9 @@ impl Analysis {
         let mut analysed = view.depth_image(layer.with_resolution(self.resolution))?;
         if self.shadow_edge {
             // A light's image of a slope has steps of about a texel; what is beyond them is an edge.
-            let texel = analysed.fitted.projection.beam_width();
-            let bias = self.edge_bias.unwrap_or(2.0 * texel);
+            let bias = self
+                .edge_bias
+                .map_or(EdgeBias::Texels(2.0), EdgeBias::Constant);
             view.shadow_edges(&mut analysed, bias, self.edge_floor)?;
         }
         Ok(Some(analysed))

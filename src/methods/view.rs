@@ -14,6 +14,7 @@ use crate::passes::outline::{self, Points};
 use crate::passes::rasterize::{Counters, Rasterization, Target};
 use crate::passes::receiver_lists::RECEIVER_BYTES;
 use crate::passes::receivers::{self, Bounds};
+use crate::passes::shadow_edge::EdgeBias;
 use crate::passes::warp_map::WarpMap;
 use crate::passes::{
     Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, receiver_lists,
@@ -232,7 +233,12 @@ impl<'a> View<'a> {
     }
 
     /// Finds the shadow edges of a depth image.
-    pub fn shadow_edges(&mut self, analysed: &mut Analysed, bias: f64, floor: f64) -> Result<()> {
+    pub fn shadow_edges(
+        &mut self,
+        analysed: &mut Analysed,
+        bias: EdgeBias,
+        floor: f64,
+    ) -> Result<()> {
         let projection = &analysed.fitted.projection;
         let (frame, texels) = (&mut self.frame, &analysed.texels);
         let edges = shadow_edge::shadow_edge(frame, self.inputs, projection, texels, bias, floor)?;

@@ -32,7 +32,7 @@ pub fn caster_tests(
 ) -> Result<(Read<Counters>, PendingFacts)> {
     let scene = seen.scene;
     let grid = frame.uniform("light grid", grid);
-    let capacity = item_capacity(scene.triangle_count);
+    let capacity = item_capacity(&frame.gpu, scene);
     let items = frame.storage("items of work", capacity * ITEM_BYTES)?;
     let coarse_tiles = frame.storage("coarse tiles", capacity * ITEM_BYTES)?;
     let counters = frame.storage("counters", size_of::<Counters>() as u64)?;

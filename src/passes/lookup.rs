@@ -126,15 +126,10 @@ pub fn lookup(
         ..Shader::new("lookup")
     };
     let mut uniform = seen.uniform(projection);
-    // Depths are in the projection's unit there. So is the growth of a beam, which is a depth.
+    // Depths are in the projection's unit there. So is the growth of a beam.
     let unit = projection.unit();
-    let beam = if projection.beams_widen() {
-        bias.beam
-    } else {
-        bias.beam * unit
-    };
     uniform.constant_bias = (bias.constant * unit) as f32;
-    uniform.beam_bias = beam as f32;
+    uniform.beam_bias = bias.beam as f32;
     uniform.slope_bias = bias.slope as f32;
     uniform.receiver_plane = f32::from(u8::from(bias.receiver_plane));
     let filter = comparison.filter;

@@ -10,7 +10,7 @@ use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 /// What a texel keeps of the nearest triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,12 +74,15 @@ pub struct Rasterized {
 
 const ITEM_BYTES: u64 = 8;
 
-/// Items and coarse tiles beyond one for each triangle that the next frame makes room for. Grows when
-/// a frame needed more; such a frame is rendered again.
-static SPARE_ITEMS: AtomicU64 = AtomicU64::new(1 << 16);
+/// Items and coarse tiles that a frame makes room for: one for each triangle and some more, as long as
+/// the device allows it. Grows when a frame of the scene needed more; such a frame is rendered again.
+pub fn item_capacity(gpu: &Gpu, scene: &SceneTables) -> u64 {
+    let spare = scene.spare_items.load(Ordering::Relaxed);
+    (u64::from(scene.triangle_count) + spare).min(most_items(gpu))
+}
 
-pub fn item_capacity(triangle_count: u32) -> u64 {
-    u64::from(triangle_count) + SPARE_ITEMS.load(Ordering::Relaxed)
+fn most_items(gpu: &Gpu) -> u64 {
+    gpu.largest_storage() / ITEM_BYTES
 }
 
 /// Records the pass under the label.
@@ -97,7 +100,7 @@ pub fn rasterize(
         Target::DepthTriangle => 8,
     };
     let texels = frame.storage(label, projection.texel_count() as u64 * texel_bytes)?;
-    let capacity = item_capacity(scene.triangle_count);
+    let capacity = item_capacity(&frame.gpu, scene);
     let items = frame.storage("items of work", capacity * ITEM_BYTES)?;
     let coarse_tiles = frame.storage("coarse tiles", capacity * ITEM_BYTES)?;
     let counters = frame.storage("counters", size_of::<Counters>() as u64)?;
@@ -261,10 +264,10 @@ pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<b
         return Ok(false);
     }
     let wanted = u64::from(counters.items.max(counters.coarse_tiles));
-    if wanted <= item_capacity(scene.triangle_count) {
+    if wanted <= item_capacity(gpu, scene) {
         return Ok(true);
     }
-    let most = gpu.largest_storage() / ITEM_BYTES;
+    let most = most_items(gpu);
     if wanted > most {
         return Err(Error::Device(format!(
             "the triangles cover {wanted} tiles of the map, the device {} allows {most}",
@@ -273,6 +276,8 @@ pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<b
     }
     let spare = wanted - u64::from(scene.triangle_count).min(wanted);
     // Splitting goes on where coarse tiles had no room, so the next try may need more again.
-    SPARE_ITEMS.fetch_max((2 * spare).next_power_of_two(), Ordering::Relaxed);
+    scene
+        .spare_items
+        .fetch_max((2 * spare).next_power_of_two(), Ordering::Relaxed);
     Ok(false)
 }

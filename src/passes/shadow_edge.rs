@@ -14,30 +14,41 @@ pub const LABEL: &str = "shadow edge";
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 struct ShadowEdgeUniform {
-    bias: f32,
+    constant_bias: f32,
+    beam_bias: f32,
     floor: f32,
+    padding: u32,
+}
+
+/// By how much the depths of neighbours differ at an edge.
+#[derive(Debug, Clone, Copy)]
+pub enum EdgeBias {
+    /// World units.
+    Constant(f64),
+    /// Widths of a texel.
+    Texels(f64),
 }
 
 /// The factor of each texel of an image of depths and triangles: 1 where its depth differs from a
-/// neighbour's by more than `bias` world units (times the growth of a beam, where beams widen), else
-/// `floor`.
+/// neighbour's by more than the bias, else `floor`.
 pub fn shadow_edge(
     frame: &mut Frame,
     inputs: Inputs,
     projection: &Projection,
     texels: &wgpu::Buffer,
-    bias: f64,
+    bias: EdgeBias,
     floor: f64,
 ) -> Result<PooledBuffer> {
     let edges = frame.storage(LABEL, 4 * projection.texel_count() as u64)?;
-    let unit = if projection.beams_widen() {
-        1.0
-    } else {
-        projection.unit()
+    let (constant, beam) = match bias {
+        EdgeBias::Constant(length) => (length * projection.unit(), 0.0),
+        EdgeBias::Texels(count) => (0.0, count * projection.beam_width()),
     };
     let uniform = ShadowEdgeUniform {
-        bias: (bias * unit) as f32,
+        constant_bias: constant as f32,
+        beam_bias: beam as f32,
         floor: floor as f32,
+        padding: 0,
     };
     let uniform = frame.uniform(LABEL, &uniform);
     let projected = frame.uniform("projection", &projection.uniform(inputs.scene.origin));
