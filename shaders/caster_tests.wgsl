@@ -1,48 +1,29 @@
 // Casters against the receivers in the texels of the light's grid that they may touch: each receiver's
 // own light ray is tested, so the answer is exact wherever the texels lie.
 //
-//   bin    a triangle an invocation: finds the tiles that it may touch and that have receivers behind it;
-//          a triangle of many tiles is listed as coarse tiles;
-//   split  a coarse tile an invocation, likewise;
-//   walk   items to receivers. The receivers of a row of texels stand side by side in the lists, so a row
-//          of a triangle's bound is one run of receivers.
+// A triangle of few tiles that have receivers behind it is items at once, others are coarse tiles first.
+// The receivers of a row of texels stand side by side in the lists, so a row of a triangle's bound is one
+// run of receivers.
 //
-// An item is a triangle, a tile and a part: no item has more than PART receivers, so that no invocation
-// comes near the 65,535 iterations after which some drivers stop in silence.
+// The part of an item is a tile, x and y in 8 bits each, and which of its receivers: no item has more than
+// PART, so that no invocation comes near the 65,535 iterations after which some drivers stop in silence.
 #import lib/triangles
 #import lib/normals
 #import lib/light_grid
 #import lib/shadow_ray
+#import lib/work_items
 #import warp
 
-struct Counters {
-    items: atomic<u32>,
-    coarse_tiles: atomic<u32>,
-    outside: atomic<u32>,               // triangles whose bound holds no texel
-    behind: atomic<u32>,                // triangles of one coarse tile without a receiver behind them
-}
-
-struct Item {
-    triangle: u32,
-    place: u32,                         // x and y of the tile, 8 bits each, and the part
-}
-
-@group(0) @binding(4) var<storage, read_write> counters: Counters;
-@group(0) @binding(5) var<storage, read_write> items: array<Item>;
-@group(0) @binding(6) var<storage, read_write> coarse_tiles: array<Item>;
-@group(0) @binding(7) var<storage, read_write> groups_of_next: array<u32, 3>;
-@group(0) @binding(8) var<storage, read> tiles: array<u64>;
+@group(0) @binding(5) var<storage, read> tiles: array<u64>;
 @group(0) @binding(9) var<storage, read> starts: array<u32>;
 @group(0) @binding(13) var<storage, read> listed: array<u64>;
 @group(0) @binding(14) var<storage, read> details: array<u64>;
 @group(0) @binding(15) var<storage, read_write> visibility: array<f32>;
 @group(0) @binding(16) var<storage, read_write> tests: atomic<u32>;
 
-override items_per_invocation: u32 = 1u;
 // Receivers that a lane tests before it looks for its next row or item.
 override chunk: u32 = 4u;
 
-const GROUP: u32 = 64u;
 // With 64 items to an invocation at most 38,000 iterations, those of all nested loops together.
 const PART: u32 = 256u;
 // Tiles along each side of a triangle that `bin` takes in itself.
@@ -248,10 +229,7 @@ fn bin(
             let coarse_last = caster.last >> vec2<u32>(grid.coarse_shift);
             var tile = coarse_first;
             while tile.y <= coarse_last.y {
-                let slot = atomicAdd(&counters.coarse_tiles, 1u);
-                if slot < arrayLength(&coarse_tiles) {
-                    coarse_tiles[slot] = Item(id, u32(tile.x) | (u32(tile.y) << 8u));
-                }
+                append_coarse_item(id, u32(tile.x) | (u32(tile.y) << 8u));
                 tile.x += 1;
                 if tile.x > coarse_last.x {
                     tile = vec2<i32>(coarse_first.x, tile.y + 1);
@@ -263,17 +241,6 @@ fn bin(
     atomicAdd(&counters.behind, behind);
 }
 
-fn groups_for(count: u32) -> array<u32, 3> {
-    let groups = (count + GROUP - 1u) / GROUP;
-    let width = max(min(groups, 32768u), 1u);
-    return array<u32, 3>(width, (groups + width - 1u) / width, 1u);
-}
-
-@compute @workgroup_size(1)
-fn prepare_split() {
-    groups_of_next = groups_for(min(atomicLoad(&counters.coarse_tiles), arrayLength(&coarse_tiles)));
-}
-
 @compute @workgroup_size(GROUP)
 fn split(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -283,12 +250,12 @@ fn split(
     let grid = light_grid_uniform;
     let warp = load_warp();
     let index = (group.y * groups.x + group.x) * GROUP + local;
-    if index >= min(atomicLoad(&counters.coarse_tiles), arrayLength(&coarse_tiles)) {
+    if index >= coarse_item_count() {
         return;
     }
-    let item = coarse_tiles[index];
+    let item = coarse_items[index];
     let caster = load_caster(grid, warp, item.triangle);
-    let corner = vec2<i32>(vec2<u32>(item.place & 0xffu, item.place >> 8u) << vec2<u32>(grid.coarse_shift));
+    let corner = vec2<i32>(vec2<u32>(item.part & 0xffu, item.part >> 8u) << vec2<u32>(grid.coarse_shift));
     let side = 1 << grid.coarse_shift;
     let first = max(corner, caster.first) >> vec2<u32>(TILE_SHIFT);
     let last = min(corner + side - 1, caster.last) >> vec2<u32>(TILE_SHIFT);
@@ -303,12 +270,6 @@ fn split(
 }
 
 // ---- walk ----
-
-@compute @workgroup_size(1)
-fn prepare_walk() {
-    let count = min(atomicLoad(&counters.items), arrayLength(&items));
-    groups_of_next = groups_for((count + items_per_invocation - 1u) / items_per_invocation);
-}
 
 // Least and greatest x of an edge within a band of rows.
 fn grown_by_edge(span: vec2<f32>, a: vec2<f32>, b: vec2<f32>, low: f32, high: f32) -> vec2<f32> {
@@ -350,9 +311,8 @@ fn walk(
 ) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let count = min(atomicLoad(&counters.items), arrayLength(&items));
     let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
-    let end = min(start + GROUP * items_per_invocation, count);
+    let end = min(start + GROUP * items_per_invocation, item_count());
     var index = start;
     var caster: Caster;
     var id = 0u;
@@ -372,11 +332,11 @@ fn walk(
             index += GROUP;
             id = item.triangle;
             caster = load_caster(grid, warp, id);
-            let corner = vec2<i32>(vec2<u32>(item.place & 0xffu, (item.place >> 8u) & 0xffu) << vec2<u32>(TILE_SHIFT));
+            let corner = vec2<i32>(vec2<u32>(item.part & 0xffu, (item.part >> 8u) & 0xffu) << vec2<u32>(TILE_SHIFT));
             first = max(corner, caster.first);
             last = min(corner + (1 << TILE_SHIFT) - 1, caster.last);
             row = first.y;
-            skipped = (item.place >> 16u) * PART;
+            skipped = (item.part >> 16u) * PART;
             left = PART;
         }
         while next >= run_end && row <= last.y {

@@ -193,9 +193,9 @@ impl Projection {
         }
     }
 
-    /// Whether a triangle's edges are lines in the map, as `HAS_STRAIGHT_EDGES` in the shaders says.
+    /// Whether a triangle's edges are lines in the map, those of `line_of_edge` in the shaders.
     pub fn has_straight_edges(&self) -> bool {
-        self.homography.is_none() && self.kind != Kind::Paraboloid
+        self.kind != Kind::Paraboloid
     }
 
     pub fn texel_count(&self) -> usize {

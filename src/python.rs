@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::gpu;
 use crate::light::Light;
 use crate::methods::{Array, Method, Parameters, Value};
-use crate::passes::rasterize::Counters;
+use crate::passes::work_items::Counters;
 use crate::reference::{self, Reference};
 use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
 use crate::scene::Scene;
@@ -574,7 +574,7 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         pass.set_item("culled_outside", outside)?;
         pass.set_item("culled_by_depth", behind)?;
         pass.set_item("work_items", sum(|c| c.items))?;
-        pass.set_item("coarse_tiles", sum(|c| c.coarse_tiles))?;
+        pass.set_item("coarse_items", sum(|c| c.coarse_items))?;
         result.set_item(label, pass)?;
     }
     for (label, facts) in &stats.facts {

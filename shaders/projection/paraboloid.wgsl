@@ -10,8 +10,6 @@
 // of the texels, so that a triangle needs no tessellation, however large it is.
 #import lib/projection
 
-const HAS_STRAIGHT_EDGES: bool = false;
-
 fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
     return q;
 }
@@ -146,6 +144,11 @@ fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
         max(min(min(sizes.x, sizes.y), sizes.z) - 0.578 * longest, 0.0),
         max(max(sizes.x, sizes.y), sizes.z),
     );
+}
+
+// An edge is a circle here: no line bounds it.
+fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> vec4<f32> {
+    return vec4<f32>(0.0);
 }
 
 // A bound of an edge's function in a box of centred texels. On the unnormalized ray (2 t, 1 - t^2) it

@@ -1,8 +1,6 @@
 // Parallel rays: a directional light. Texel = (q.x, q.y), depth = q.z.
 #import lib/projection
 
-const HAS_STRAIGHT_EDGES: bool = true;
-
 // The edges and the rays of a parallel projection live in the plane q.z = 1.
 fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(q.xy, 1.0);
@@ -60,6 +58,12 @@ fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec
 // Least and greatest depth of a triangle, or a little beyond.
 fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
+}
+
+// The line on which an edge's function is zero among centred texels: its coefficients of x and y, its
+// constant, and what float32 may round of the function within `reach` of the axis.
+fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> vec4<f32> {
+    return vec4<f32>(edge, 2e-6 * (dot(abs(edge.xy), reach) + abs(edge.z)));
 }
 
 // A bound of an edge's function in a box of centred texels.

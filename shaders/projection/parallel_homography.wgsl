@@ -7,8 +7,6 @@
 // horizon is the line whose last coordinate, w, is zero; nothing behind it is in the map.
 #import lib/projection
 
-const HAS_STRAIGHT_EDGES: bool = false;
-
 fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(q.xy, 1.0);
 }
@@ -126,13 +124,20 @@ fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
 }
 
+// The line on which an edge's function, times what is positive before the horizon, is zero
+// among centred texels: its coefficients of x and y, its constant, and what float32 may round of the
+// function within `reach` of the axis.
+fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> vec4<f32> {
+    let rows = projection.place_from_texel;
+    let line = edge.x * rows[0].xyz + edge.y * rows[1].xyz + edge.z * rows[2].xyz;
+    let sizes = abs(edge.x * rows[0].xyz) + abs(edge.y * rows[1].xyz) + abs(edge.z * rows[2].xyz);
+    return vec4<f32>(line, 2e-6 * dot(sizes, vec3<f32>(reach, 1.0)));
+}
+
 // A bound of an edge's function, times what is positive before the horizon, in a box of centred texels.
 fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
-    let rows = projection.place_from_texel;
-    let in_texels = edge.x * rows[0].xyz + edge.y * rows[1].xyz + edge.z * rows[2].xyz;
-    let sizes = abs(edge.x * rows[0].xyz) + abs(edge.y * rows[1].xyz) + abs(edge.z * rows[2].xyz);
-    let slack = 1e-6 * dot(sizes, vec3<f32>(abs(middle) + reach, 1.0));
-    return dot(in_texels.xy, middle) + in_texels.z + dot(abs(in_texels.xy), reach) + slack;
+    let line = line_of_edge(projection, edge, abs(middle) + reach);
+    return dot(line.xy, middle) + line.z + dot(abs(line.xy), reach) + line.w;
 }
 
 // Casters nearer than the nearest depth are drawn at it, as pancaking does.

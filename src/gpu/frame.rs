@@ -49,6 +49,12 @@ pub struct ReadResults(Vec<PooledBuffer>);
 /// A binding of group 0 and its index.
 pub type Binding<'a> = (u32, wgpu::BindingResource<'a>);
 
+/// Bindings that several dispatches share, and some more.
+pub fn joined<'a>(shared: &[Binding<'a>], own: &[&Binding<'a>]) -> Vec<Binding<'a>> {
+    let own = own.iter().copied().cloned();
+    shared.iter().cloned().chain(own).collect()
+}
+
 /// One dispatch of a pass.
 pub struct Dispatch<'a> {
     pub pipeline: &'a wgpu::ComputePipeline,

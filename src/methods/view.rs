@@ -11,11 +11,12 @@ use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
 use crate::passes::light_grid::LightGrid;
 use crate::passes::lookup::{self, Comparison, Looked};
 use crate::passes::outline::{self, Points};
-use crate::passes::rasterize::{Counters, Rasterization, Target};
+use crate::passes::rasterize::{Rasterization, Target};
 use crate::passes::receiver_lists::RECEIVER_BYTES;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::shadow_edge::EdgeBias;
 use crate::passes::warp_map::WarpMap;
+use crate::passes::work_items::Counters;
 use crate::passes::{
     Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, receiver_lists,
     samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes, visibility,

@@ -19,6 +19,7 @@ pub mod shadow_volumes;
 pub mod tessellate;
 pub mod visibility;
 pub mod warp_map;
+pub mod work_items;
 
 use crate::camera::Camera;
 use crate::error::Result;

@@ -1,12 +1,11 @@
 //! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
 
 use super::light_grid::{LightGrid, TILE};
-use super::rasterize::joined;
 use super::warp_map::{self, WarpMap};
 use super::{Facts, PendingFacts, Receivers};
 use crate::error::Result;
 use crate::gpu::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;

@@ -1,11 +1,11 @@
 //! Triangles to pieces with straight edges in the map, `shaders/tessellate.wgsl`: what comes before a
 //! linear rasterization.
 
-use super::rasterize::{Counters, GROUP, joined};
 use super::warp_map::{self, WarpMap};
+use super::work_items::{Counters, GROUP};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;

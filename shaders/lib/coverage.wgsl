@@ -1,0 +1,122 @@
+// Which texels of a map a triangle covers: bounds, and the test of one texel.
+#import projection
+#import target
+#import warp
+#import caster
+#import lib/work_items
+
+struct Job {
+    projection: Projection,
+    triangle_count: u32,
+    coarse_shift: u32,                  // binary logarithm of the side of a coarse tile
+}
+
+// Load it once, before any loop, and pass it on: a software driver reads a uniform anew at each use.
+@group(0) @binding(0) var<uniform> job_uniform: Job;
+
+// Texels, inclusive.
+struct Bound {
+    first: vec2<i32>,
+    last: vec2<i32>,
+}
+
+// A conservative extent of the triangle in texels from the map's corner, rounding included.
+fn extent_in_map(projection: Projection, corners: Corners) -> Extent {
+    let extent = texels_of_triangle(projection, corners.a, corners.b, corners.c);
+    let slack = 0.01 + 1e-6 * max(abs(extent.low), abs(extent.high));
+    return Extent(extent.low - slack + projection.centre, extent.high + slack + projection.centre);
+}
+
+// The texels whose centres, at half-integers, are in an extent.
+fn bound_of_extent(projection: Projection, extent: Extent) -> Bound {
+    let size = vec2<f32>(projection.size);
+    let first = clamp(ceil(extent.low - 0.5), vec2<f32>(0.0), size);
+    let last = clamp(floor(extent.high - 0.5), vec2<f32>(-1.0), size - 1.0);
+    return Bound(vec2<i32>(first), vec2<i32>(last));
+}
+
+// A bound of the texels that an extent before the warp may cover; empty where it is outside the map.
+fn warped_bound_of_extent(projection: Projection, warp: Warp, extent: Extent) -> Bound {
+    let size = vec2<f32>(projection.size);
+    let is_outside = any(extent.low > size) || any(extent.high < vec2<f32>(0.0));
+    let low = clamp(extent.low / size, vec2<f32>(0.0), vec2<f32>(1.0));
+    let high = clamp(extent.high / size, vec2<f32>(0.0), vec2<f32>(1.0));
+    let image = warped_bound(warp, low, high);
+    let bound = bound_of_extent(projection, Extent(image.xy * size - 0.01, image.zw * size + 0.01));
+    return Bound(bound.first, select(bound.last, vec2<i32>(-1), is_outside));
+}
+
+fn is_out_of_depth(projection: Projection, depths: vec2<f32>) -> bool {
+    return depths.x > projection.z_max || clamp_to_nearest(depths.y, projection.z_min) < projection.z_min;
+}
+
+// Where the edges cross a line along an axis, as lines place = slope * across + offset: those that
+// bound it from below and those that bound it from above, a little more rather than less.
+struct Sides {
+    low_slope: vec3<f32>,
+    low_offset: vec3<f32>,
+    high_slope: vec3<f32>,
+    high_offset: vec3<f32>,
+}
+
+// The functions of the edges: along * place + across * place across + constant, positive inside.
+fn sides_along(along: vec3<f32>, across: vec3<f32>, constant: vec3<f32>, rounding: vec3<f32>) -> Sides {
+    let is_low = along > vec3<f32>(0.0);
+    let is_high = along < vec3<f32>(0.0);
+    let inverse = 1.0 / select(vec3<f32>(1.0), along, is_low | is_high);
+    let slope = -across * inverse;
+    let offset = -constant * inverse;
+    let slack = 0.01 + rounding * abs(inverse);
+    return Sides(
+        select(vec3<f32>(0.0), slope, is_low),
+        select(vec3<f32>(-1.0e6), offset - slack, is_low),
+        select(vec3<f32>(0.0), slope, is_high),
+        select(vec3<f32>(1.0e6), offset + slack, is_high),
+    );
+}
+
+// What of the lines from `low` to `high` across may be inside.
+fn span_of(sides: Sides, low: f32, high: f32) -> vec2<f32> {
+    let from_place = sides.low_offset + min(sides.low_slope * low, sides.low_slope * high);
+    let to_place = sides.high_offset + max(sides.high_slope * low, sides.high_slope * high);
+    return vec2<f32>(
+        max(max(from_place.x, from_place.y), from_place.z),
+        min(min(to_place.x, to_place.y), to_place.z),
+    );
+}
+
+// The lines of the three edges: a coefficient each.
+struct Lines {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    constant: vec3<f32>,
+    rounding: vec3<f32>,
+}
+
+fn lines_of_triangle(projection: Projection, triangle: Triangle) -> Lines {
+    let reach = max(abs(projection.centre), abs(vec2<f32>(projection.size) - projection.centre));
+    let l0 = line_of_edge(projection, triangle.edge0, reach);
+    let l1 = line_of_edge(projection, triangle.edge1, reach);
+    let l2 = line_of_edge(projection, triangle.edge2, reach);
+    return Lines(
+        vec3<f32>(l0.x, l1.x, l2.x),
+        vec3<f32>(l0.y, l1.y, l2.y),
+        vec3<f32>(l0.z, l1.z, l2.z),
+        vec3<f32>(l0.w, l1.w, l2.w),
+    );
+}
+
+// Draws the texel if its ray, that of a centred place before any warp, meets the caster.
+fn store_if_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, place: vec2<f32>) {
+    let ray = ray_from_texel(projection, place);
+    let e = vec3<f32>(
+        evaluate_edge(caster.triangle.edge0, ray),
+        evaluate_edge(caster.triangle.edge1, ray),
+        evaluate_edge(caster.triangle.edge2, ray),
+    );
+    let z = clamp_to_nearest(depth_of_caster(caster, ray, e), projection.z_min);
+    if min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && z >= projection.z_min && z <= projection.z_max {
+        let depth = (z - projection.depth_offset) * projection.depth_scale;
+        store_texel(u32(texel.y) * projection.size.x + u32(texel.x), depth, id);
+    }
+}
