@@ -127,10 +127,7 @@ def test_arguments_of_other_types_are_named(function, view):
     for arguments, words in (
         (("scene", camera, light), "scene must be a lixel.Scene, got str"),
         ((scene, light, camera), "camera must be a lixel.Camera, got DirectionalLight"),
-        (
-            (scene, camera, (0, -1, 0)),
-            "light must be a lixel.DirectionalLight or .*, got (tuple|int)",
-        ),
+        ((scene, camera, (0, -1, 0)), "light must be a lixel.DirectionalLight or .*, got tuple"),
     ):
         with pytest.raises(TypeError, match=words):
             function(*arguments)

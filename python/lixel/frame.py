@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -183,14 +183,15 @@ def render_shadows(
     """
     visibility: npt.NDArray[np.float32]
     method = _bounded(method, max_error=max_error, max_ms=max_ms)
-    if isinstance(light, list | tuple):
+    # A direction is a sequence too, and no light.
+    if isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS)):
         instance("camera", camera, Camera)
         visibility = np.empty((len(light), camera.height, camera.width), np.float32)
         for layer, one in zip(visibility, light, strict=True):
             _, results = render_outputs(scene, camera, one, method, ("visibility",))
             layer[:] = results["visibility"]
         return visibility
-    _, results = render_outputs(scene, camera, light, method, ("visibility",))
+    _, results = render_outputs(scene, camera, cast(Light, light), method, ("visibility",))
     visibility = results["visibility"]
     return visibility
 
