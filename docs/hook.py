@@ -23,7 +23,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import lixel as lx
-from lixel import _core, plots
+from lixel import _core, plots, stress
 
 mpl.use("agg")
 
@@ -50,6 +50,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     picture = Path(__file__).parent / "time_against_error.png"
     if picture.exists():
         add("methods/time_against_error.png", picture.read_bytes())
+    add("stability.md", stability_page(files.src_uris["stability.md"].content_string))
     add("api.md", api_page(files.src_uris["api.md"].content_string))
     return files
 
@@ -157,12 +158,48 @@ def measurements(name: str) -> list[str]:
     return parts
 
 
+def stability_page(start: str) -> str:
+    """What `lixel stress` measured, and its known limits."""
+    judged = pd.read_csv(RESULTS / "stability" / "stress.csv")
+    skipped = pd.read_csv(RESULTS / "stability" / "skips.csv")
+    limits = [
+        f"| {', '.join(limit.cases)} | {', '.join(limit.methods)} | {limit.why} |"
+        for limit in stress.LIMITS
+    ]
+    beyond = judged[judged["beyond"] > 0].drop(columns=["command", "limit"])
+    tables = {
+        "SUMMARY": markdown(pd.DataFrame(stress.summary(judged))),
+        "LIMITS": "\n".join(["| view | method | why |", "|---|---|---|", *limits]),
+        "BEYOND": markdown(beyond),
+        "SKIPS": markdown(skipped.drop(columns="command")),
+        "STRESS_COMMAND": judged["command"].iloc[0],
+        "SKIPS_COMMAND": skipped["command"].iloc[0],
+    }
+    for name, text in tables.items():
+        start = start.replace(f"[{name}]", text)
+    return start
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """A table in Markdown's form; numbers without a fraction are whole."""
+
+    def cell(value: object) -> str:
+        if isinstance(value, float):
+            whole = "-" if pd.isna(value) else f"{value:,.0f}"
+            return whole if pd.isna(value) or value == int(value) else f"{value:,.2f}"
+        return f"{value:,}" if isinstance(value, int) else str(value)
+
+    head = f"| {' | '.join(table.columns)} |\n|{'---|' * len(table.columns)}"
+    rows = [f"| {' | '.join(map(cell, row))} |" for row in table.itertuples(index=False)]
+    return "\n".join([head, *rows])
+
+
 def api_page(start: str) -> str:
     """Every public name, and the modules that are used by their own names."""
     methods = {method.__name__ for method in lx.METHODS.values()}
     names = [name for name in lx.__all__ if name not in methods and name != "__version__"]
     parts = [start, *(f"::: lixel.{name}" for name in names if name != "scenes")]
-    for module in ("scenes", "plots", "explore", "testing", "pytest_plugin", "papers"):
+    for module in ("scenes", "plots", "explore", "testing", "pytest_plugin", "papers", "stress"):
         parts.append(
             f"## lixel.{module}\n\n::: lixel.{module}\n    options:\n      "
             "show_root_heading: false\n      show_root_toc_entry: false"

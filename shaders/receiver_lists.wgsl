@@ -71,6 +71,9 @@ fn begin(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
 }
 
+// Whether receivers that the shadow map settles are left out of the lists.
+override settles: bool = true;
+
 // Whether the receiver is met by the triangle that the shadow map holds in its texel: then it is in
 // shadow for sure.
 fn is_settled(grid: LightGrid, receiver: Receiver, point: vec3<f32>, q: vec3<f32>, linear: vec2<f32>) -> bool {
@@ -111,7 +114,7 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
             let point = receiver.ray * receiver.depth;
             let q = grid_from_offset(grid, point);
             let linear = linear_from_grid(grid, q) / size;
-            let is_hit = receiver.faces_light && is_settled(grid, receiver, point, q, linear);
+            let is_hit = settles && receiver.faces_light && is_settled(grid, receiver, point, q, linear);
             if receiver.faces_light && !is_hit {
                 let warped = warped_from_linear(warp, linear).uv * size;
                 let texel = vec2<u32>(clamp(warped, vec2<f32>(0.0), size - 1.0));

@@ -163,7 +163,7 @@ fn try_render(
     let known = device_scene
         .visibility
         .take()
-        .filter(|(known, _)| known == camera);
+        .filter(|(known, _)| known == camera && gpu::skips());
     let is_known = known.is_some();
     let (visibility_buffer, counters) = match known {
         Some((_, buffer)) => (buffer, None),

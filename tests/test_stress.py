@@ -73,6 +73,17 @@ def test_a_layer_that_no_sample_needs_is_lit():
     assert lx.compare(frame, lx.reference(*view)).false_shadow_count == 0
 
 
+def test_what_is_skipped_changes_no_pixel():
+    table = stress.skips(repeats=1)
+    assert table["same"].all(), table[~table["same"]]
+    # And something is skipped, of each kind.
+    assert (table["culled_by_depth"] > 0).any()
+    assert (table["skipped_layers"] > 0).any()
+    assert (table["settled"] > 0).any()
+    assert table["skipped"].str.contains("visibility").all()
+    assert table["skipped"].str.contains("hierarchy").any()
+
+
 def test_unknown_families_and_methods_are_refused():
     with pytest.raises(ValueError, match=r"family must be one of moved, .*, got 'rain'"):
         stress.cases(["rain"])

@@ -210,6 +210,10 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add.add_argument("--quick", action="store_true", help="only the hardest views of each family")
     add.add_argument(
+        "--skips", action="store_true",
+        help="instead, what each method leaves out, and the proof that it changes no pixel",
+    )  # fmt: skip
+    add.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="table of every view, .csv or .parquet"
     )
     return top
@@ -354,6 +358,12 @@ def _stress(options: argparse.Namespace) -> None:
     if options.output is not None:
         # Now, rather than after the work.
         check_table_path("output", options.output)
+    if options.skips:
+        skipped = stress.skips(options.method)
+        if options.output is not None:
+            save_table(skipped.assign(command=options.line), options.output)
+        print(table(skipped.astype(object).where(skipped.notna(), None).to_dict("records")))
+        return
     judged = stress.run(options.method, options.family, options.quick)
     if options.output is not None:
         save_table(judged.assign(command=options.line), options.output)

@@ -18,6 +18,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -677,6 +678,71 @@ def run(
     ]
     columns = ["family", "case", "method", "wrong", "bound", "beyond", "covered", "ties", "limit"]
     return pandas.DataFrame(rows, columns=columns)
+
+
+def skips(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
+    """What each method leaves out because it cannot change the picture, and the proof.
+
+    Each view is rendered twice, so that what is kept from frame to frame is left out as well, and
+    once more with nothing left out.
+
+    Parameters
+    ----------
+    methods : list of str, optional
+        Names of `lixel.METHODS`.
+    repeats : int
+        Frames to time; the fastest counts.
+
+    Returns
+    -------
+    pandas.DataFrame
+        view, method; `rasterized`, `culled_outside` and `culled_by_depth` triangles of all layers;
+        `layers` and `skipped_layers`; the `skipped` stages; `settled` receivers, which `exact` need
+        not list; `gpu_ms`, and `whole_ms` with nothing left out; whether the pictures are the
+        `same`.
+    """
+    pandas = needs("pandas", "study")
+    names = None if methods is None else list(methods)
+    below = Case("", "from below the floor", _lit_from_below)
+    views = [*(Case("", lit_by, plain) for lit_by, plain in PLAIN.items()), below]
+    rows = []
+    for case in progress(views, "views"):
+        for method in methods_for(case, names):
+            view = _view(case.make)
+            render(*view, method)
+            frames = [render(*view, method) for _ in range(repeats)]
+            os.environ[SKIP_NOTHING] = "1"
+            try:
+                whole = [render(*view, method) for _ in range(repeats)]
+            finally:
+                del os.environ[SKIP_NOTHING]
+            rows.append({"view": case.name, "method": method.name, **_skipped(frames, whole)})
+    return pandas.DataFrame(rows)
+
+
+SKIP_NOTHING = "LIXEL_SKIP_NOTHING"
+
+
+def _lit_from_below() -> View:
+    scene, camera, _ = _plain()
+    return scene, camera, DirectionalLight((0.1, 1.0, 0.2))
+
+
+def _skipped(frames: list[Frame], whole: list[Frame]) -> dict[str, Any]:
+    stats, map_stats = frames[-1].stats, frames[-1].stats.get("shadow map", {})
+    listed = [f.stats.get("receiver lists", {}).get("receivers") for f in (frames[-1], whole[-1])]
+    return {
+        "rasterized": map_stats.get("rasterized"),
+        "culled_outside": map_stats.get("culled_outside"),
+        "culled_by_depth": map_stats.get("culled_by_depth"),
+        "layers": stats["layers"],
+        "skipped_layers": stats["skipped_layers"],
+        "skipped": ", ".join(stats["skipped"]),
+        "settled": None if None in listed else listed[1] - listed[0],
+        "gpu_ms": min(sum(frame.timings.values()) for frame in frames),
+        "whole_ms": min(sum(frame.timings.values()) for frame in whole),
+        "same": frames[-1].visibility.tobytes() == whole[-1].visibility.tobytes(),
+    }
 
 
 def summary(table: Any) -> list[dict[str, Any]]:

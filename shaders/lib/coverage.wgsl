@@ -46,7 +46,13 @@ fn warped_bound_of_extent(projection: Projection, warp: Warp, extent: Extent) ->
     return Bound(bound.first, select(bound.last, vec2<i32>(-1), is_outside));
 }
 
+// Whether triangles out of the range of depths are left out before their texels are.
+override culls_by_depth: bool = true;
+
 fn is_out_of_depth(projection: Projection, depths: vec2<f32>) -> bool {
+    if !culls_by_depth {
+        return false;
+    }
     return depths.x > projection.z_max || clamp_to_nearest(depths.y, projection.z_min) < projection.z_min;
 }
 

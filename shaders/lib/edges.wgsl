@@ -54,7 +54,7 @@ fn triangle_from_corners(projection: Projection, id: u32, corners: Corners) -> T
         homogeneous_from_projected(a),
         homogeneous_from_projected(b),
         homogeneous_from_projected(c),
-        depth_plane(projected_from_normal(projection, normal), height),
+        depth_plane(projected_from_normal(projection, normal), a, height),
         depths_of_triangle(a, b, c),
     );
 }

@@ -46,7 +46,7 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
 }
 
 // One over the distance along a ray to a plane is linear in the ray.
-fn depth_plane(normal: vec3<f32>, height: f32) -> vec3<f32> {
+fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
     return normal / height;
 }
 

@@ -27,9 +27,10 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
 }
 
 // Depth is linear in the texel: the coefficients of the plane with a normal (a covector of projection
-// space) at a height, the normal's product with any of its points.
-fn depth_plane(normal: vec3<f32>, height: f32) -> vec3<f32> {
-    return vec3<f32>(-normal.xy, height) / normal.z;
+// space) through a point. On a steep plane that is more precise than the plane's height.
+fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
+    let slope = -normal.xy / normal.z;
+    return vec3<f32>(slope, q.z - dot(slope, q.xy));
 }
 
 fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {

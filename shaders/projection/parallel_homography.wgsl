@@ -39,8 +39,9 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     return ray / abs(ray.z);
 }
 
-fn depth_plane(normal: vec3<f32>, height: f32) -> vec3<f32> {
-    return vec3<f32>(-normal.xy, height) / normal.z;
+fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
+    let slope = -normal.xy / normal.z;
+    return vec3<f32>(slope, q.z - dot(slope, q.xy));
 }
 
 fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {

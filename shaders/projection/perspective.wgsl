@@ -27,8 +27,8 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
 }
 
 // One over depth is linear in the texel: the coefficients of the plane with a normal (a covector of
-// projection space) at a height, the normal's product with any of its points.
-fn depth_plane(normal: vec3<f32>, height: f32) -> vec3<f32> {
+// projection space) through a point, at a height: the normal's product with any point of the plane.
+fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
     return normal / height;
 }
 

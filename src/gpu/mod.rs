@@ -98,6 +98,12 @@ pub fn gpu() -> Result<Arc<Gpu>> {
     Ok(gpu)
 }
 
+/// Whether what cannot change a picture is left out. The environment variable LIXEL_SKIP_NOTHING, for the
+/// proof that it cannot, has it done.
+pub fn skips() -> bool {
+    std::env::var_os("LIXEL_SKIP_NOTHING").is_none()
+}
+
 /// A panic while a lock was held does not make its data wrong here: every value is replaced whole.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex

@@ -178,7 +178,7 @@ fn built_once<T>(
     build: impl FnOnce() -> Result<T>,
 ) -> Result<(Arc<T>, bool)> {
     let mut cached = lock(cached);
-    if let Some(known) = cached.as_ref() {
+    if let Some(known) = cached.as_ref().filter(|_| super::skips()) {
         return Ok((known.clone(), false));
     }
     let built = Arc::new(build()?);

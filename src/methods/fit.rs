@@ -12,6 +12,7 @@ use super::spot::fit_spot;
 use super::view::{Fitted, View};
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
+use crate::gpu::skips;
 use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
 use crate::region::Region;
@@ -145,7 +146,8 @@ pub fn cut_layers(
     let boxes = view.receiver_bounds(&layers)?;
     let mut fitted = Vec::new();
     for (layer, corners) in layers.into_iter().zip(boxes) {
-        let Some(corners) = corners else {
+        let whole = || whole_layer(view, &layer.projection);
+        let Some(corners) = corners.or_else(|| (!skips()).then(whole)) else {
             view.skip_layer();
             continue;
         };
@@ -159,6 +161,15 @@ pub fn cut_layers(
         fitted.push(Fitted { projection, region });
     }
     Ok(fitted)
+}
+
+/// Corners that no receiver of a layer is beyond.
+fn whole_layer(view: &View, axes: &Projection) -> (DVec3, DVec3) {
+    let side = DVec2::splat(2.0);
+    match axes.kind {
+        Kind::Parallel => projected_box(axes, view.scene.bounds()),
+        Kind::Perspective | Kind::Paraboloid => ((-side).extend(axes.near), side.extend(axes.far)),
+    }
 }
 
 fn parallel_box(

@@ -9,6 +9,7 @@ use crate::gpu::frame::{Frame, Read, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
+use crate::gpu::skips;
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 
@@ -106,7 +107,7 @@ pub fn rasterize(
         })
     };
     let gpu = frame.gpu.clone();
-    let mut constants = Vec::new();
+    let mut constants = vec![("culls_by_depth", f64::from(u8::from(skips())))];
     let mut per_invocation = gpu.work_per_invocation(1, 64);
     let longest_side = projection.width.max(projection.height);
     if has_bands {

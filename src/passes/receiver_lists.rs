@@ -4,10 +4,10 @@ use super::light_grid::{LightGrid, TILE};
 use super::warp_map::{self, WarpMap};
 use super::{Facts, PendingFacts, Receivers};
 use crate::error::Result;
-use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, skips};
 use crate::projection::Projection;
 
 pub const LABEL: &str = "receiver lists";
@@ -110,6 +110,7 @@ pub fn receiver_lists(
     constants.extend(seen.constants());
     let scatter = gpu.pipeline(shader(None), "scatter", &constants);
     constants.push(("begins", flag(begins)));
+    constants.push(("settles", flag(skips())));
     constants.push(("has_low_parts", flag(scene.has_low_parts)));
     let count = gpu.pipeline(shader(warp), "count", &constants);
     let sum = gpu.pipeline(shader(None), "sum", &[]);
