@@ -37,19 +37,19 @@ def test_the_same_call_gives_the_same_bytes(name, method):
 
 
 def test_another_light_starts_at_the_receivers():
-    scene = small("colonnade")
+    scene, method = small("colonnade"), lx.DesiredView()
     camera = scene.cameras["default"].resized(WIDTH, HEIGHT)
     light, other = scene.lights["default"], lx.DirectionalLight((-0.5, -1, 0.1))
-    first = lx.render(scene, camera, light)
+    first = lx.render(scene, camera, light, method)
     assert "visibility" in first.timings
-    second = lx.render(scene, camera, other)
+    second = lx.render(scene, camera, other, method)
     assert "visibility" not in second.timings
     assert "visibility" in second.stats["skipped"]
-    assert_same(second, lx.render(small("colonnade"), camera, other))
+    assert_same(second, lx.render(small("colonnade"), camera, other, method))
     # An equal camera is the same camera; another one is not.
     again = small("colonnade").cameras["default"].resized(WIDTH, HEIGHT)
-    assert "visibility" not in lx.render(scene, again, light).timings
-    assert "visibility" in lx.render(scene, again.resized(WIDTH, HEIGHT + 1), light).timings
+    assert "visibility" not in lx.render(scene, again, light, method).timings
+    assert "visibility" in lx.render(scene, again.resized(WIDTH, HEIGHT + 1), light, method).timings
 
 
 @pytest.mark.parametrize("method", METHODS)
