@@ -13,19 +13,17 @@ pub struct HalfSpace {
 pub const MOST_HALF_SPACES: usize = 4;
 
 /// Where some half-spaces meet; everywhere, if there are none.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Region(Vec<HalfSpace>);
 
 impl Region {
+    pub const EVERYWHERE: Self = Self(Vec::new());
+
     /// # Panics
     /// If there are more than [`MOST_HALF_SPACES`].
     pub fn new(half_spaces: Vec<HalfSpace>) -> Self {
         assert!(half_spaces.len() <= MOST_HALF_SPACES);
         Self(half_spaces)
-    }
-
-    pub fn everywhere() -> Self {
-        Self::default()
     }
 
     pub fn is_everywhere(&self) -> bool {
@@ -57,7 +55,7 @@ mod tests {
 
     #[test]
     fn everywhere_has_no_end_and_half_spaces_meet() {
-        assert!(Region::everywhere().contains(DVec3::splat(1e9)));
+        assert!(Region::EVERYWHERE.contains(DVec3::splat(1e9)));
         let half = |normal| HalfSpace {
             origin: DVec3::ONE,
             normal,

@@ -13,12 +13,10 @@
 //! Limits: each layer has `resolution` texels along its sides, and is drawn on its own. The faces of a
 //! cube around a point are not split.
 
-use super::central_fit::{cone_layer, cube_faces};
-use super::fit::{Cut, cut_layers};
+use super::fit::{Cut, cut_layers, layers_of_light};
 use super::matrix_fit::SAMPLE_RESOLUTION;
-use super::parallel_fit::axes_at;
 use super::view::SampledReceivers;
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
 use crate::frustum::visible_part;
 use crate::region::{HalfSpace, Region};
@@ -98,7 +96,7 @@ impl ShadowMethod for Cascades {
         let depths = self.split_depths(view)?;
         let layers = slabs(view, &depths);
         let fitted = cut_layers(view, layers, Cut::Receivers, self.map.resolution)?;
-        view.shadows(&self.map, fitted.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, fitted)
     }
 }
 
@@ -156,15 +154,11 @@ fn depths_of(samples: &SampledReceivers) -> Vec<f64> {
 
 /// The axes of a layer for each slab; the first and the last have no end.
 fn slabs(view: &View, depths: &[f64]) -> Vec<Fitted> {
-    let (camera, scene) = (view.camera, view.scene.bounds());
-    let layer = match (view.light.position(), view.light.cone()) {
-        (Some(position), None) => return cube_faces(position, scene),
-        (Some(position), Some(cone)) => cone_layer(position, cone, scene),
-        (None, _) => Fitted {
-            projection: axes_at(camera.eye, -view.light.vector_from_point(camera.eye)),
-            region: Region::everywhere(),
-        },
+    let layers = layers_of_light(view);
+    let [layer] = &layers[..] else {
+        return layers;
     };
+    let camera = view.camera;
     let plane = |depth: f64, normal| HalfSpace {
         origin: camera.eye + camera.forward * depth,
         normal,

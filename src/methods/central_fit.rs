@@ -94,10 +94,7 @@ pub fn cone_layer(position: DVec3, cone: Cone, scene: (DVec3, DVec3)) -> Fitted 
     } else {
         Kind::Paraboloid
     };
-    Fitted {
-        projection: axes_for_scene(kind, position, cone.axis, scene),
-        region: Region::everywhere(),
-    }
+    Fitted::everywhere(axes_for_scene(kind, position, cone.axis, scene))
 }
 
 /// Half the width of the axes' plane within an angle of the axis.

@@ -11,7 +11,7 @@
 
 use super::central_fit::cube_faces;
 use super::fit::{Cut, cut_layers};
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ impl ShadowMethod for Cube {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = fit_cube(view, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 

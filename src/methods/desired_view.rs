@@ -11,7 +11,7 @@
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
 use super::fit::Fit;
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,6 @@ impl ShadowMethod for DesiredView {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = Fit::DesiredView.fit(view, self.map.resolution)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }

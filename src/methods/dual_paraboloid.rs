@@ -12,7 +12,7 @@
 
 use super::central_fit::hemispheres;
 use super::fit::{Cut, cut_layers};
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ impl ShadowMethod for DualParaboloid {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = fit_dual_paraboloid(view, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 

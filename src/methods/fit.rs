@@ -95,12 +95,7 @@ impl Fit {
             Self::MinSm => Some(Points::Extremes),
             Self::PrincipalAxes => Some(Points::Samples),
         };
-        let scene = view.scene.bounds();
-        let mut layers = match (view.light.position(), view.light.cone()) {
-            (None, _) => vec![parallel_layer(view)],
-            (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
-            (Some(position), None) => cube_faces(position, scene),
-        };
+        let mut layers = layers_of_light(view);
         if let Some(points) = points {
             for layer in &mut layers {
                 turn(view, layer, points)?;
@@ -126,13 +121,21 @@ fn turn(view: &mut View, layer: &mut Fitted, points: Points) -> Result<()> {
     Ok(())
 }
 
-/// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
-fn parallel_layer(view: &View) -> Fitted {
-    let direction = -view.light.vector_from_point(view.camera.eye);
-    Fitted {
-        projection: axes_at(view.camera.eye, direction),
-        region: Region::everywhere(),
+/// The light's own layers, given by their axes: one for parallel rays or a cone, faces of a cube for a
+/// point.
+pub fn layers_of_light(view: &View) -> Vec<Fitted> {
+    let scene = view.scene.bounds();
+    match (view.light.position(), view.light.cone()) {
+        (None, _) => vec![parallel_layer(view)],
+        (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
+        (Some(position), None) => cube_faces(position, scene),
     }
+}
+
+/// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
+pub fn parallel_layer(view: &View) -> Fitted {
+    let direction = -view.light.vector_from_point(view.camera.eye);
+    Fitted::everywhere(axes_at(view.camera.eye, direction))
 }
 
 /// Each layer, given by its axes, as a map; those without receivers are left out. Submits what was

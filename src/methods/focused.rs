@@ -10,7 +10,7 @@
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
 use super::matrix_fit::{FitParameters, fitted_layers};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light_fits::focused;
 
@@ -41,6 +41,6 @@ impl ShadowMethod for Focused {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = fitted_layers(view, self.map.resolution, self.fit, focused)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }

@@ -6,7 +6,7 @@
 
 use super::parameters::Array;
 use super::view::Analysed;
-use super::{MapParameters, Parameters, Plan, Value, View};
+use super::{MapParameters, Parameters, Value, View};
 use crate::error::{Result, ensure_value};
 use crate::methods::view::Fitted;
 use crate::passes::boundary::BoundaryWeights;
@@ -140,7 +140,7 @@ impl Analysis {
             let small = layers
                 .iter()
                 .map(|layer| layer.with_resolution(self.resolution));
-            let plain = view.shadows(&map.without_filter(), small.map(Plan::from).collect())?;
+            let plain = view.shadows(&map.without_filter(), small)?;
             boundary = Some(view.boundary(&plain.visibility, self.boundary_weight)?);
         }
         Ok(Prepared {

@@ -18,13 +18,12 @@
 use super::central_fit::{
     axes_for_scene, fit_box, fit_square, frustum_corners, hemispheres, smallest_cone_axis,
 };
-use super::fit::{self, cut_layers};
+use super::fit::{self, cut_layers, parallel_layer};
 use super::parallel_fit::{self, axes_at, bounds_of, projected_box};
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
-use crate::region::Region;
 use glam::DVec3;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +70,7 @@ impl ShadowMethod for ImprovedParaboloid {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = fit_improved_paraboloid(view, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 
@@ -83,24 +82,16 @@ pub fn fit_improved_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Re
         (Some(light), Cut::Cone | Cut::Receivers) => fit_cone(view, light, cut, resolution),
         (None, Cut::Frustum) => fit_distant_frustum(view, resolution),
         (None, Cut::Cone | Cut::Receivers) => {
-            let direction = -view.light.vector_from_point(view.camera.eye);
-            let layer = everywhere(axes_at(view.camera.eye, direction));
+            let layer = parallel_layer(view);
             cut_layers(view, vec![layer], fit::Cut::Receivers, resolution)
         }
-    }
-}
-
-fn everywhere(projection: Projection) -> Fitted {
-    Fitted {
-        projection,
-        region: Region::everywhere(),
     }
 }
 
 /// Least and greatest depth of the receivers along the viewing direction.
 fn depth_range(view: &mut View) -> Result<Option<(f64, f64)>> {
     let camera = view.camera;
-    let layer = everywhere(Projection {
+    let layer = Fitted::everywhere(Projection {
         x_axis: camera.right,
         y_axis: -camera.up,
         ..axes_at(camera.eye, camera.forward)
@@ -129,7 +120,7 @@ fn fit_frustum(view: &mut View, light: DVec3, resolution: u32) -> Result<Vec<Fit
     let far = farthest.into_iter().fold(0.0, f64::max) * (1.0 + 1e-6);
     let axes = axes_for_scene(Kind::Paraboloid, light, axis, scene);
     let projection = fit_square(&axes, 1.001 * zoom, far.min(axes.far), resolution);
-    Ok(vec![everywhere(projection)])
+    Ok(vec![Fitted::everywhere(projection)])
 }
 
 /// Axis of the light cone (Eq. 1), and the vectors from the light to the frustum's border points.
@@ -156,14 +147,14 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
     let scene = view.scene.bounds();
     // Directions to the outermost receivers, from a first paraboloid along the view.
     let first = axes_for_scene(Kind::Paraboloid, light, view.camera.forward, scene);
-    let layer = everywhere(first);
+    let layer = Fitted::everywhere(first);
     let places = view.outline(&layer, Points::Extremes)?;
     let rays = places
         .into_iter()
         .map(|place| layer.projection.ray_from_texel(place).1);
     let directions: Vec<_> = rays.collect();
     let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
-    let layer = everywhere(axes_for_scene(Kind::Paraboloid, light, axis, scene));
+    let layer = Fitted::everywhere(axes_for_scene(Kind::Paraboloid, light, axis, scene));
     let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
         return Ok(vec![]);
     };
@@ -189,7 +180,7 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
         }
         Cut::Receivers => fit_box(&axes, corners, WIDEST, resolution, rounding),
     };
-    Ok(vec![everywhere(projection)])
+    Ok(vec![Fitted::everywhere(projection)])
 }
 
 /// `fit_frustum` with the light at infinity: its cone becomes a cylinder, its paraboloid a plane.
@@ -211,5 +202,5 @@ fn fit_distant_frustum(view: &mut View, resolution: u32) -> Result<Vec<Fitted>> 
     let casters = projected_box(&axes, view.scene.bounds());
     let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
     let projection = parallel_fit::fit_box(&axes, corners, casters.0.z, resolution, rounding);
-    Ok(vec![everywhere(projection)])
+    Ok(vec![Fitted::everywhere(projection)])
 }

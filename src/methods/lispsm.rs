@@ -11,7 +11,7 @@
 //! the focused one.
 
 use super::matrix_fit::{FitParameters, fitted_layers};
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light_fits::light_space_perspective;
 
@@ -42,7 +42,7 @@ impl ShadowMethod for LightSpacePerspective {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = self.fit(view)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 

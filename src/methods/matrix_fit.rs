@@ -96,7 +96,7 @@ pub fn parts_of_receivers(
     if let Some(subject) = Subject::new(view.light, points) {
         return vec![Part {
             subject,
-            region: Region::everywhere(),
+            region: Region::EVERYWHERE,
             samples: chosen,
         }];
     }
@@ -122,7 +122,7 @@ fn parts_of_frustum(view: &View) -> Vec<Part> {
     if let Some(subject) = Subject::new(view.light, corners) {
         return vec![Part {
             subject,
-            region: Region::everywhere(),
+            region: Region::EVERYWHERE,
             samples: vec![],
         }];
     }

@@ -12,7 +12,7 @@
 //! Limits: where the receivers' box is hardly smaller for being turned, little is won.
 
 use super::fit::Fit;
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +37,6 @@ impl ShadowMethod for MinimalShadowMap {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = Fit::MinSm.fit(view, self.map.resolution)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }

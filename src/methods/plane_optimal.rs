@@ -11,7 +11,7 @@
 //! plane on its way to that plane has none: it counts as lit.
 
 use super::matrix_fit::{Fit, FitParameters, fitted_layers};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light_fits::{PlaneFrame, dominant_plane, plane_optimal};
 
@@ -45,7 +45,7 @@ impl ShadowMethod for PlaneOptimal {
         let samples = view.sampled_receivers(self.fit.sample_resolution)?;
         let (points, normals) = samples.seen();
         let Some(plane) = dominant_plane(&points, &normals) else {
-            return view.shadows(&self.map, vec![]);
+            return view.shadows(&self.map, Vec::<Fitted>::new());
         };
         let frame = match self.fit.fit {
             Fit::Frustum => PlaneFrame::Image,
@@ -54,6 +54,6 @@ impl ShadowMethod for PlaneOptimal {
         let layers = fitted_layers(view, self.map.resolution, self.fit, |subject, size| {
             plane_optimal(subject, camera, plane, frame, size)
         })?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }

@@ -10,7 +10,7 @@
 //! virtual camera then steps back, and what is left of the perspective may be less than enough.
 
 use super::matrix_fit::{FitParameters, fitted_layers};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light_fits::perspective;
 
@@ -44,6 +44,6 @@ impl ShadowMethod for Perspective {
         let layers = fitted_layers(view, self.map.resolution, self.fit, |subject, size| {
             perspective(subject, camera, size)
         })?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }

@@ -102,7 +102,7 @@ impl ShadowMethod for SceneOptimized {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = self.fit(view)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 

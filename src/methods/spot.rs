@@ -10,7 +10,7 @@
 
 use super::central_fit::cone_layer;
 use super::fit::{Cut, cut_layers};
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::{Error, Result};
 use crate::light::Light;
 
@@ -43,7 +43,7 @@ impl ShadowMethod for Spot {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = fit_spot(view, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 

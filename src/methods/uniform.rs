@@ -11,11 +11,10 @@
 
 use super::central_fit::{cone_layer, cube_faces, fit_square, plane_radius};
 use super::parallel_fit::{axes_at, bounds_of, fit_box};
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::passes::receivers;
 use crate::projection::Projection;
-use crate::region::Region;
 use crate::scene::Scene;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -46,10 +45,8 @@ impl ShadowMethod for Uniform {
         let layers = match (light.position(), light.cone()) {
             (None, _) => {
                 let direction = -light.vector_from_point(view.camera.eye);
-                vec![Fitted {
-                    projection: fit_uniform(scene, view.camera.eye, direction, resolution),
-                    region: Region::everywhere(),
-                }]
+                let projection = fit_uniform(scene, view.camera.eye, direction, resolution);
+                vec![Fitted::everywhere(projection)]
             }
             (Some(position), Some(cone)) => {
                 let layer = cone_layer(position, cone, scene.bounds());
@@ -63,7 +60,7 @@ impl ShadowMethod for Uniform {
         };
         view.skip(receivers::LABEL);
 
-        view.shadows(&self.map, layers.into_iter().map(Plan::from).collect())
+        view.shadows(&self.map, layers)
     }
 }
 

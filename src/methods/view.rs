@@ -48,7 +48,6 @@ pub struct View<'a> {
     skipped: Vec<&'static str>,
     skipped_layers: usize,
     measures: Vec<(&'static str, f64)>,
-    everywhere: Region,
 }
 
 /// Pixels, where a method counts them.
@@ -68,6 +67,14 @@ pub struct Fitted {
 }
 
 impl Fitted {
+    /// A layer for every receiver.
+    pub fn everywhere(projection: Projection) -> Self {
+        Self {
+            projection,
+            region: Region::EVERYWHERE,
+        }
+    }
+
     /// The same layer in another number of texels along each side.
     pub fn with_resolution(&self, resolution: u32) -> Self {
         Self {
@@ -150,7 +157,6 @@ impl<'a> View<'a> {
             skipped: Vec::new(),
             skipped_layers: 0,
             measures: Vec::new(),
-            everywhere: Region::everywhere(),
         }
     }
 
@@ -263,14 +269,19 @@ impl<'a> View<'a> {
 
     /// Weights of the receivers near the boundaries of shadows.
     pub fn boundary(&mut self, visibility: &wgpu::Buffer, weight: f64) -> Result<BoundaryWeights> {
-        let region = &self.everywhere;
+        let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         boundary::boundary(&mut self.frame, seen, visibility, weight)
     }
 
     /// The last two steps of every method with maps: casters into each layer, receivers against it.
     /// Without a layer nothing is lit.
-    pub fn shadows(&mut self, map: &MapParameters, plans: Vec<Plan>) -> Result<Recorded> {
+    pub fn shadows<P: Into<Plan>>(
+        &mut self,
+        map: &MapParameters,
+        layers: impl IntoIterator<Item = P>,
+    ) -> Result<Recorded> {
+        let plans: Vec<_> = layers.into_iter().map(P::into).collect();
         if plans.is_empty() {
             return self.all_in_shadow();
         }
@@ -327,7 +338,7 @@ impl<'a> View<'a> {
         let visibility = lookup::visibility_image(&self.frame, self.camera)?;
         let has_all = plans.len() == 1 && plans[0].fitted.region.is_everywhere();
         if !has_all {
-            let region = &self.everywhere;
+            let region = &Region::EVERYWHERE;
             let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
             receiver_lists::begin(&mut self.frame, seen, &visibility);
         }
@@ -388,7 +399,7 @@ impl<'a> View<'a> {
         } else {
             self.skip("hierarchy (CPU)");
         }
-        let region = &self.everywhere;
+        let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         let (visibility, facts) = shadow_rays::shadow_rays(&mut self.frame, seen, &hierarchy)?;
         self.pending_facts.push(facts);
@@ -406,7 +417,7 @@ impl<'a> View<'a> {
         } else {
             self.skip("edges (CPU)");
         }
-        let region = &self.everywhere;
+        let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         let (visibility, facts) = shadow_volumes::shadow_volumes(&mut self.frame, seen, &edges)?;
         self.pending_facts.push(facts);
@@ -456,7 +467,7 @@ impl<'a> View<'a> {
     fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
         let visibility = lookup::visibility_image(&self.frame, self.camera)?;
-        let region = &self.everywhere;
+        let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         lookup::all_in_shadow(&mut self.frame, seen, &visibility)?;
         Ok(Recorded {
