@@ -229,7 +229,9 @@ def test_aliasing_error_of_a_plane():
 def test_a_lit_plane_never_shadows_itself(method, degrees, cells):
     vertices, faces = grid(cells)
     covered = 0
-    for seed in range(4):
+    # Small triangles take time; that a map may be turned in any way shows with large ones.
+    seeds = 4 if cells == 1 else 2
+    for seed in range(seeds):
         rotation = turn(seed)
         scene = lx.Scene(vertices @ rotation.T, faces)
         for azimuth in (0.3, 2.0, 4.5):
@@ -256,7 +258,7 @@ def test_a_lit_plane_never_shadows_itself(method, degrees, cells):
                     false_shadow = np.count_nonzero(visibility == 0.0)
                     assert false_shadow == 0, (seed, azimuth, eye, resolution, false_shadow)
                     covered += np.count_nonzero(visibility == 1.0)
-    assert covered > 0.1 * 48 * WIDTH * HEIGHT
+    assert covered > 0.1 * seeds * 12 * WIDTH * HEIGHT
 
 
 @pytest.mark.parametrize("method", METHODS)
