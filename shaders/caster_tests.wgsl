@@ -207,8 +207,8 @@ fn bin(
     var outside = 0u;
     var behind = 0u;
     for (var i = 0u; i < items_per_invocation; i += 1u) {
-        let id = start + i * GROUP;
-        if id >= grid.triangle_count {
+        let id = grid.first_triangle + start + i * GROUP;
+        if id >= grid.end_triangle {
             break;
         }
         let caster = load_caster(grid, warp, id);

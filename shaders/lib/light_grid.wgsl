@@ -19,12 +19,13 @@ struct LightGrid {
     offset: vec2<f32>,
     // The eye relative to the scene's origin, double-single.
     eye_high: vec3<f32>,
-    triangle_count: u32,
+    end_triangle: u32,
     eye_low: vec3<f32>,
     coarse_shift: u32,          // binary logarithm of the side of a coarse tile
     first_row: u32,             // of the image's rows in the lists
     row_count: u32,
     map_size: u32,              // texels along each side of the shadow map
+    first_triangle: u32,        // of those that are taken as casters now
 }
 
 @group(0) @binding(0) var<uniform> light_grid_uniform: LightGrid;

@@ -12,8 +12,8 @@ use wgpu::util::DeviceExt;
 /// GPU time of a pass in milliseconds, in the order of execution.
 pub type Timings = Vec<(&'static str, f64)>;
 
-/// At most this many passes in one submission.
-const MOST_PASSES: u32 = 256;
+/// At most this many passes in one submission: a query set holds no more than twice as many queries.
+const MOST_PASSES: u32 = 2048;
 
 /// Records passes and submits them; a frame may be submitted several times where the CPU needs an
 /// answer in between.

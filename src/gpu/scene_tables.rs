@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU32, AtomicU64};
 use std::sync::{Arc, Mutex};
 
 /// Triangles as the shaders read them, see `shaders/lib/triangles.wgsl`.
@@ -28,6 +28,8 @@ pub struct SceneTables {
     pub generation: u64,
     /// Items of work beyond one for each triangle that a rasterized map of the scene needs room for.
     pub spare_items: AtomicU64,
+    /// Parts that the triangles are taken in where one list of their work would be too long.
+    pub caster_parts: AtomicU32,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
     edges: Mutex<Option<Arc<EdgeTables>>>,
 }
@@ -117,6 +119,7 @@ impl SceneTables {
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
             spare_items: AtomicU64::new(1 << 16),
+            caster_parts: AtomicU32::new(1),
             hierarchy: Mutex::default(),
             edges: Mutex::default(),
         };

@@ -40,7 +40,7 @@ pub struct View<'a> {
     inputs: Inputs<'a>,
     visibility_buffer: &'a wgpu::Buffer,
     /// Counters of rasterized maps that the next submission brings.
-    pending: Vec<(&'static str, Read<Counters>)>,
+    pending: Vec<(&'static str, Vec<Read<Counters>>)>,
     counters: Vec<(&'static str, Counters)>,
     pending_facts: Vec<PendingFacts>,
     facts: Vec<(&'static str, Facts)>,
@@ -231,7 +231,8 @@ impl<'a> View<'a> {
             target,
             Rasterization::Exact,
         )?;
-        self.pending.push((shadow_map::LABEL, rasterized.counters));
+        self.pending
+            .push((shadow_map::LABEL, vec![rasterized.counters]));
         Ok(Analysed {
             fitted,
             texels: rasterized.texels,
@@ -308,7 +309,8 @@ impl<'a> View<'a> {
                 map.lookup.target(),
                 map.rasterization,
             )?;
-            self.pending.push((shadow_map::LABEL, rasterized.counters));
+            self.pending
+                .push((shadow_map::LABEL, vec![rasterized.counters]));
             let rounding = position_rounding(projection, self.camera.eye);
             let looked = Looked {
                 projection,
@@ -360,7 +362,8 @@ impl<'a> View<'a> {
                 Target::DepthTriangle,
                 Rasterization::Exact,
             )?;
-            self.pending.push((shadow_map::LABEL, rasterized.counters));
+            self.pending
+                .push((shadow_map::LABEL, vec![rasterized.counters]));
             let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);
             for first_row in (0..self.camera.height).step_by(rows as usize) {
                 grid.first_row = first_row;
@@ -493,7 +496,7 @@ impl<'a> View<'a> {
 
     /// Counters to be taken after the next submission.
     pub(crate) fn keep_counters(&mut self, label: &'static str, counters: Read<Counters>) {
-        self.pending.push((label, counters));
+        self.pending.push((label, vec![counters]));
     }
 
     /// The frame that is being recorded.
@@ -503,8 +506,10 @@ impl<'a> View<'a> {
 
     pub(crate) fn submit(&mut self) -> Result<ReadResults> {
         let results = self.frame.submit()?;
-        for (label, read) in self.pending.drain(..) {
-            self.counters.push((label, results.take(&read)?[0]));
+        for (label, reads) in self.pending.drain(..) {
+            let parts = reads.iter().map(|read| Ok(results.take(read)?[0]));
+            let parts = parts.collect::<Result<Vec<_>>>()?;
+            self.counters.push((label, Counters::joined(&parts)));
         }
         for pending in std::mem::take(&mut self.pending_facts) {
             let counters = results.take(&pending.counters)?;

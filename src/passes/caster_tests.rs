@@ -16,7 +16,8 @@ fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
     Ok(vec![("tests", counters[0].into())])
 }
 
-/// Writes 0 into the image where a caster is met.
+/// Writes 0 into the image where a caster is met. The triangles are taken in as many parts as their lists
+/// need, each with its counters.
 pub fn caster_tests(
     frame: &mut Frame,
     seen: Receivers,
@@ -24,9 +25,8 @@ pub fn caster_tests(
     warp: Option<&WarpMap>,
     lists: &ReceiverLists,
     visibility: &wgpu::Buffer,
-) -> Result<(Read<Counters>, PendingFacts)> {
+) -> Result<(Vec<Read<Counters>>, PendingFacts)> {
     let scene = seen.scene;
-    let grid = frame.uniform("light grid", grid);
     let tests = frame.storage("number of tests", 4)?;
     frame.clear(&tests);
 
@@ -39,34 +39,39 @@ pub fn caster_tests(
         ("has_low_parts", flag(scene.has_low_parts)),
         ("is_local", flag(seen.light.position().is_some())),
     ];
-    let mut bin = vec![
-        (0, buffer(&grid)),
-        (1, table(&scene.vertex_indices)),
-        (2, table(&scene.positions_high)),
-        (3, table(&scene.positions_low)),
-        (10, table(&scene.unit_normals)),
-    ];
-    bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    let mut walk = bin.clone();
-    bin.push((5, buffer(&lists.tiles)));
-    walk.extend([
-        (9, buffer(&lists.starts)),
-        (13, buffer(&lists.listed)),
-        (14, buffer(&lists.details)),
-        (15, buffer(visibility)),
-        (16, buffer(&tests)),
-    ]);
-    let stages = Stages {
-        shader,
-        constants: &constants,
-        per_invocation: frame.gpu.work_per_invocation(1, 64),
-        counters: work_items::counters(frame)?,
-        prepare_bin: None,
-        split: bin.clone(),
-        bin,
-        walk,
-    };
-    let counters = work_items::record(frame, LABEL, scene, stages)?;
+    let mut counters = Vec::new();
+    for triangles in work_items::parts(scene) {
+        let grid = frame.uniform("light grid", &grid.of_triangles(&triangles));
+        let mut bin = vec![
+            (0, buffer(&grid)),
+            (1, table(&scene.vertex_indices)),
+            (2, table(&scene.positions_high)),
+            (3, table(&scene.positions_low)),
+            (10, table(&scene.unit_normals)),
+        ];
+        bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+        let mut walk = bin.clone();
+        bin.push((5, buffer(&lists.tiles)));
+        walk.extend([
+            (9, buffer(&lists.starts)),
+            (13, buffer(&lists.listed)),
+            (14, buffer(&lists.details)),
+            (15, buffer(visibility)),
+            (16, buffer(&tests)),
+        ]);
+        let stages = Stages {
+            shader,
+            constants: &constants,
+            triangles: triangles.len() as u64,
+            per_invocation: frame.gpu.work_per_invocation(1, 64),
+            counters: work_items::counters(frame)?,
+            prepare_bin: None,
+            split: bin.clone(),
+            bin,
+            walk,
+        };
+        counters.push(work_items::record(frame, LABEL, scene, stages)?);
+    }
     let facts = PendingFacts {
         label: LABEL,
         counters: frame.read(Source::Taken(tests), 1)?,

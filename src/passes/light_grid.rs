@@ -5,6 +5,7 @@ use crate::gpu::scene_tables::{SceneTables, double_single};
 use crate::projection::{Kind, Projection};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2};
+use std::ops::Range;
 
 /// Texels along the side of a tile, as in the shader.
 pub const TILE: u32 = 16;
@@ -31,13 +32,13 @@ pub struct LightGrid {
     scale: [f32; 2],
     offset: [f32; 2],
     eye_high: [f32; 3],
-    pub triangle_count: u32,
+    end_triangle: u32,
     eye_low: [f32; 3],
     coarse_shift: u32,
     pub first_row: u32,
     pub row_count: u32,
     map_size: u32,
-    padding: u32,
+    first_triangle: u32,
 }
 
 impl LightGrid {
@@ -77,13 +78,22 @@ impl LightGrid {
             scale: texels_per_unit.as_vec2().to_array(),
             offset: (projection.centre + shift).as_vec2().to_array(),
             eye_high: eye_high.to_array(),
-            triangle_count: scene.triangle_count,
+            end_triangle: scene.triangle_count,
             eye_low: eye_low.to_array(),
             coarse_shift: coarse.trailing_zeros(),
             first_row: 0,
             row_count: camera.height,
             map_size,
-            padding: 0,
+            first_triangle: 0,
+        }
+    }
+
+    /// The same grid for some of the triangles.
+    pub fn of_triangles(&self, triangles: &Range<u32>) -> Self {
+        Self {
+            first_triangle: triangles.start,
+            end_triangle: triangles.end,
+            ..*self
         }
     }
 

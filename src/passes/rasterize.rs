@@ -165,6 +165,7 @@ pub fn rasterize(
     let stages = Stages {
         shader,
         constants: &constants,
+        triangles: u64::from(scene.triangle_count),
         per_invocation,
         counters,
         prepare_bin,

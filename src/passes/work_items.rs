@@ -1,6 +1,6 @@
 //! Lists of work between the dispatches of a pass, `shaders/lib/work_items.wgsl`.
 
-use super::tessellate;
+use super::{caster_tests, tessellate};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, Read, Source, buffer};
@@ -8,6 +8,7 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
 use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 /// As `Counters` in the shaders.
@@ -40,6 +41,9 @@ const ITEM_BYTES: u64 = 8;
 /// Invocations of a workgroup, as in the shader.
 pub const GROUP: u64 = 64;
 
+/// Parts that casters are taken in at most: each has a pass of its own.
+const MOST_PARTS: u32 = 16;
+
 /// Items, and coarse ones, that a frame makes room for: one for each triangle and some more, as long as the
 /// device allows it. Grows when a frame of the scene needed more; such a frame is rendered again.
 fn capacity(gpu: &Gpu, scene: &SceneTables) -> u64 {
@@ -51,8 +55,33 @@ fn most_items(gpu: &Gpu) -> u64 {
     gpu.largest_storage() / ITEM_BYTES
 }
 
-/// Whether every item had room in its list. If not, room is made for the next try.
-pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+/// The triangles in parts whose lists have room, one after the other.
+pub fn parts(scene: &SceneTables) -> impl Iterator<Item = Range<u32>> {
+    let count = scene.triangle_count;
+    let size = count
+        .div_ceil(scene.caster_parts.load(Ordering::Relaxed))
+        .max(1);
+    (0..count)
+        .step_by(size as usize)
+        .map(move |first| first..count.min(first + size))
+}
+
+impl Counters {
+    /// Those of a pass in parts, whose lists follow one another.
+    pub fn joined(parts: &[Self]) -> Self {
+        let mut joined = parts[0];
+        for part in &parts[1..] {
+            joined.items = joined.items.max(part.items);
+            joined.coarse_items = joined.coarse_items.max(part.coarse_items);
+            joined.outside += part.outside;
+            joined.behind += part.behind;
+        }
+        joined
+    }
+}
+
+/// Whether every item of a pass had room in its list. If not, room is made for the next try.
+pub fn had_room(gpu: &Gpu, scene: &SceneTables, label: &str, counters: &Counters) -> Result<bool> {
     if !tessellate::had_room(gpu, counters)? {
         return Ok(false);
     }
@@ -61,6 +90,15 @@ pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<b
         return Ok(true);
     }
     let most = most_items(gpu);
+    if wanted > most && label == caster_tests::LABEL {
+        let parts = scene.caster_parts.load(Ordering::Relaxed);
+        if parts < MOST_PARTS {
+            let more = (2 * wanted).div_ceil(most).min(u64::from(MOST_PARTS)) as u32;
+            let parts = parts.saturating_mul(more).min(MOST_PARTS);
+            scene.caster_parts.store(parts, Ordering::Relaxed);
+            return Ok(false);
+        }
+    }
     if wanted > most {
         return Err(Error::Device(format!(
             "the triangles make {wanted} items of work, the device {} allows {most}",
@@ -78,6 +116,8 @@ pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<b
 pub struct Stages<'a> {
     pub shader: Shader,
     pub constants: &'a [(&'static str, f64)],
+    /// How many `bin` takes.
+    pub triangles: u64,
     /// Triangles or items that an invocation takes one after the other.
     pub per_invocation: u32,
     /// From `counters`; what came before the pass may have counted in it.
@@ -106,6 +146,7 @@ pub fn record(
     let Stages {
         shader,
         constants,
+        triangles,
         per_invocation,
         counters,
         prepare_bin,
@@ -129,7 +170,6 @@ pub fn record(
     let listed = (6, buffer(&items));
     let coarse = (7, buffer(&coarse_items));
     let lists = [counted.clone(), listed.clone(), coarse.clone()];
-    let triangles = u64::from(scene.triangle_count);
     let bindings = [
         [&lists[..], &bin].concat(),
         vec![counted.clone(), coarse, (8, buffer(&split_groups))],
