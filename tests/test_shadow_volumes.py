@@ -6,6 +6,8 @@ where triangles are some pixels large there is none.
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from views import cameras, small, soup
@@ -189,3 +191,17 @@ def test_what_is_drawn_is_counted():
     assert "edges (CPU)" in frame.timings
     again = lx.render(scene, camera, LIGHTS[0], "shadow_volumes")
     assert "edges (CPU)" in again.stats["skipped"]
+
+
+def test_times_are_right_after_a_draw():
+    """Some drivers put timestamps off to where they draw next."""
+    scene = lx.scenes.colonnade(columns=4, detail=16)
+    camera = scene.cameras["default"].resized(480, 270)
+    light = scene.lights["default"]
+    lx.render(scene, camera, light, "shadow_volumes")
+    lx.render(scene, camera, light, "ray_traced")
+    start = time.perf_counter()
+    frame = lx.render(scene, camera, light, "ray_traced")
+    milliseconds = 1e3 * (time.perf_counter() - start)
+    # Most of such a frame is rays.
+    assert 0.3 * milliseconds < frame.timings["shadow rays"] <= milliseconds

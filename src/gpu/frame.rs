@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use bytemuck::Pod;
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::time::Instant;
 use wgpu::BufferUsages;
 use wgpu::util::DeviceExt;
 
@@ -156,12 +157,13 @@ impl Frame {
                 self.bind_group(label, &layout, &dispatch.bindings)
             })
             .collect();
+        let start = self.begin_by_clock();
         let query = self.next_query(label);
         let mut pass = self
             .encoder
             .begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(label),
-                timestamp_writes: self.queries.as_ref().map(|query_set| {
+                timestamp_writes: self.queries.as_ref().zip(query).map(|(query_set, query)| {
                     wgpu::ComputePassTimestampWrites {
                         query_set,
                         beginning_of_pass_write_index: Some(query),
@@ -182,11 +184,14 @@ impl Frame {
                 Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
             }
         }
+        drop(pass);
+        self.end_by_clock(label, start);
     }
 
     /// Records a pass of the rasterization hardware: its draws in order over an image of (width, height),
     /// timed together under the label. Fragments write to storage alone; the image is thrown away.
     pub fn draw(&mut self, label: &'static str, (width, height): (u32, u32), draws: &[Draw]) {
+        self.gpu.before_draw();
         let bind_groups: Vec<_> = draws
             .iter()
             .map(|draw| {
@@ -194,6 +199,7 @@ impl Frame {
                 self.bind_group(label, &layout, &draw.bindings)
             })
             .collect();
+        let start = self.begin_by_clock();
         let query = self.next_query(label);
         // A pass must have one.
         let image = self.gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -221,7 +227,7 @@ impl Frame {
                     store: wgpu::StoreOp::Discard,
                 },
             })],
-            timestamp_writes: self.queries.as_ref().map(|query_set| {
+            timestamp_writes: self.queries.as_ref().zip(query).map(|(query_set, query)| {
                 wgpu::RenderPassTimestampWrites {
                     query_set,
                     beginning_of_pass_write_index: Some(query),
@@ -238,6 +244,8 @@ impl Frame {
                 Vertices::Indirect(buffer) => pass.draw_indirect(buffer, 0),
             }
         }
+        drop(pass);
+        self.end_by_clock(label, start);
     }
 
     fn bind_group(
@@ -262,12 +270,37 @@ impl Frame {
             })
     }
 
-    /// The first of a pass's two timestamps.
-    fn next_query(&mut self, label: &'static str) -> u32 {
+    /// The first of a pass's two timestamps, where it is timed by them.
+    fn next_query(&mut self, label: &'static str) -> Option<u32> {
+        if self.queries.is_none() || self.gpu.times_by_clock() {
+            return None;
+        }
         let query = 2 * self.labels.len() as u32;
         assert!(query < 2 * MOST_PASSES, "too many passes in a submission");
         self.labels.push(label);
-        query
+        Some(query)
+    }
+
+    /// The start of a pass that is submitted on its own, where the clock times it.
+    fn begin_by_clock(&mut self) -> Option<Instant> {
+        self.gpu.times_by_clock().then(|| {
+            self.submit_recorded();
+            Instant::now()
+        })
+    }
+
+    fn end_by_clock(&mut self, label: &'static str, start: Option<Instant>) {
+        if let Some(start) = start {
+            self.submit_recorded();
+            self.add_time(label, start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+
+    /// Has what was recorded done; what fails there shows at the next `submit`.
+    fn submit_recorded(&mut self) {
+        let encoder = std::mem::replace(&mut self.encoder, new_encoder(&self.gpu));
+        self.gpu.queue.submit([encoder.finish()]);
+        let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
     }
 
     /// Marks the first `count` elements of a storage buffer to be read after the next submission;

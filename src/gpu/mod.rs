@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use pool::Pool;
 use shaders::Shader;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
 pub use wgpu::Limits;
 use wgpu::{Backends, DeviceType, Features};
@@ -32,6 +33,9 @@ pub struct Gpu {
     pub features: Features,
     pub limits: wgpu::Limits,
     is_cpu: bool,
+    /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
+    /// them off to where it draws.
+    times_by_clock: AtomicBool,
     pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::ComputePipeline>>>,
     render_pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::RenderPipeline>>>,
     pool: Mutex<Pool>,
@@ -244,6 +248,7 @@ impl Gpu {
             features,
             limits,
             is_cpu: adapter.get_info().device_type == DeviceType::Cpu,
+            times_by_clock: AtomicBool::new(false),
             pipelines: Mutex::default(),
             render_pipelines: Mutex::default(),
             pool: Mutex::default(),
@@ -261,6 +266,16 @@ impl Gpu {
         self.limits
             .max_storage_buffer_binding_size
             .min(self.limits.max_buffer_size)
+    }
+
+    /// Whether passes are timed by the clock.
+    pub fn times_by_clock(&self) -> bool {
+        self.times_by_clock.load(Ordering::Relaxed)
+    }
+
+    /// Before the rasterization hardware is used.
+    pub fn before_draw(&self) {
+        self.times_by_clock.store(self.is_cpu, Ordering::Relaxed);
     }
 
     /// How much an invocation does one after the other: a GPU wants many invocations, a CPU few.
