@@ -10,6 +10,8 @@ PYTHON ?= python3
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 OUT ?= out
+# Processes that test side by side: each renders on all cores, but waits for itself half of the time.
+TESTERS ?= 2
 
 # pyo3 asks this Python what to link against.
 export PYO3_PYTHON := $(BIN)/python
@@ -26,7 +28,7 @@ demo: setup $(VENV)/.installed build
 test: setup-test $(VENV)/.installed-test build
 	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')" \
 	  cargo test --locked
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses=$(TESTERS) --dist=loadfile
 
 lint: setup-test $(VENV)/.installed-test build
 	cargo fmt --check

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import lixel as lx
@@ -14,43 +16,50 @@ SCENES = {
 }
 
 
+class Judged:
+    """A scene with the truth for it, and how wrong each method is, which several tests ask."""
+
+    def __init__(self, name: str) -> None:
+        scene = GENERATORS[name](**SCENES[name])
+        self.view = scene, scene.cameras["default"].resized(640, 360), scene.lights["default"]
+        self.truth = lx.reference(*self.view)
+        self._known: dict[lx.Method, lx.Comparison] = {}
+
+    def compare(self, name: str, **parameters: Any) -> lx.Comparison:
+        method = lx.methods.MAP_METHODS[name](**parameters)
+        if method not in self._known:
+            self._known[method] = lx.compare(lx.render(*self.view, method), self.truth)
+        return self._known[method]
+
+
 @pytest.fixture(scope="module", params=SCENES)
 def judged(request):
-    scene = GENERATORS[request.param](**SCENES[request.param])
-    view = scene, scene.cameras["default"].resized(640, 360), scene.lights["default"]
-    return *view, lx.reference(*view)
+    return Judged(request.param)
 
 
-@pytest.mark.parametrize("lookup", ["triangle_1x1", "triangle", "triangle_5x5"])
+TRIANGLES = ("triangle_1x1", "triangle", "triangle_5x5")
+
+
+@pytest.mark.parametrize("lookup", TRIANGLES)
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_triangle_lookup_has_no_false_shadow(judged, method, lookup):
-    *view, truth = judged
-    for resolution in (64, 512):
-        chosen = lx.methods.MAP_METHODS[method](lookup=lookup, resolution=resolution)
-        assert lx.compare(lx.render(*view, chosen), truth).false_shadow_count == 0
+    coarse = judged.compare(method, lookup=lookup, resolution=64)
+    assert coarse.false_shadow_count == 0
+    assert judged.compare(method, lookup=lookup).false_shadow_count == 0
 
 
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_more_texels_miss_less(judged, method):
-    *view, truth = judged
-    wrong = [
-        lx.compare(
-            lx.render(*view, lx.methods.MAP_METHODS[method](lookup=lookup)), truth
-        ).misclassified_count
-        for lookup in ("triangle_1x1", "triangle", "triangle_5x5")
-    ]
+    wrong = [judged.compare(method, lookup=lookup).misclassified_count for lookup in TRIANGLES]
     assert wrong[0] >= wrong[1] >= wrong[2]
 
 
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_auto_is_as_good_as_the_better_one(judged, method):
-    *view, truth = judged
     # The frustum's map is so coarse that depths alone do better: triangles are finer than texels.
     cut = {"cut": "receivers"} if method == "improved_paraboloid" else {}
     wrong = {
-        lookup: lx.compare(
-            lx.render(*view, lx.methods.MAP_METHODS[method](lookup=lookup, **cut)), truth
-        ).misclassified_count
+        lookup: judged.compare(method, lookup=lookup, **cut).misclassified_count
         for lookup in ("auto", "depth", "triangle")
     }
     print(wrong)
@@ -64,8 +73,8 @@ def test_auto_is_as_good_as_the_better_one(judged, method):
 
 def test_depth_lookup_stores_no_triangles(judged):
     """What a lookup does not read is not stored: half the memory, the same depths."""
-    *view, _ = judged
     maps = [
-        lx.render(*view, lx.DesiredView(lookup=lookup)).shadow_map for lookup in ("depth", "auto")
+        lx.render(*judged.view, lx.DesiredView(lookup=lookup)).shadow_map
+        for lookup in ("depth", "auto")
     ]
     assert maps[0].tobytes() == maps[1].tobytes()

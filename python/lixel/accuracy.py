@@ -17,14 +17,12 @@ import shlex
 import sys
 import zlib
 from collections.abc import Iterator, Sequence
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
 from ._core import DeviceError
 from .arguments import needs
 from .bench import _offset
@@ -32,6 +30,7 @@ from .camera import Camera
 from .cli import Views, _size
 from .compare import compare
 from .frame import render_outputs
+from .info import provenance
 from .light import DirectionalLight, Light
 from .load import load
 from .random_views import random_lights
@@ -136,7 +135,6 @@ def run(folder: Path, output: Path, size: tuple[int, int], random: int, command:
                 done.add((row["scene"], row["camera"], row["light"], row["width"], row["height"]))
     else:
         output.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
-    adapter = _core.device()
     for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
         name = Path(entry["file"]).stem
         scene = load(folder / entry["file"])
@@ -156,10 +154,7 @@ def run(folder: Path, output: Path, size: tuple[int, int], random: int, command:
                 "width": camera.width,
                 "height": camera.height,
                 "triangles": scene.triangle_count,
-                "device": adapter["name"],
-                "driver": adapter["driver"],
-                "date": datetime.now(timezone.utc).date().isoformat(),
-                "command": command,
+                **provenance(command),
             }
             rows = [
                 {**shared, "method": method, **counts}

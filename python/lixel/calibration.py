@@ -15,17 +15,17 @@ import shlex
 import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import _core, auto
+from . import auto
 from .camera import Camera
 from .cli import Views
 from .compare import compare
 from .frame import render_outputs
+from .info import provenance
 from .light import DirectionalLight, Light
 from .load import load
 from .methods import Exact, Method, RayTraced
@@ -123,7 +123,6 @@ def collect(folder: Path, output: Path, counts: Mapping[str, int], command: str)
         output.parent.mkdir(parents=True, exist_ok=True)
         output.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
     done = {(row["set"], row["scene"], row["view"]) for row in read(output)}
-    adapter = _core.device()
     for place, (of_set, name, scene, cameras) in enumerate(scenes(folder)):
         numbers = [n for n in range(counts[of_set]) if (of_set, name, str(n)) not in done]
         for number in progress(numbers, name):
@@ -136,10 +135,7 @@ def collect(folder: Path, output: Path, counts: Mapping[str, int], command: str)
                 "height": camera.height,
                 "triangles": scene.triangle_count,
                 "light": type(light).__name__,
-                "device": adapter["name"],
-                "driver": adapter["driver"],
-                "date": datetime.now(timezone.utc).date().isoformat(),
-                "command": command,
+                **provenance(command),
             }
             rows = [{**shared, **row} for row in measure(scene, camera, light)]
             with output.open("a", newline="", encoding="utf-8") as file:

@@ -26,6 +26,7 @@ from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
+from .info import provenance
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import FORMATS, load
 from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
@@ -361,12 +362,12 @@ def _stress(options: argparse.Namespace) -> None:
     if options.skips:
         skipped = stress.skips(options.method)
         if options.output is not None:
-            save_table(skipped.assign(command=options.line), options.output)
+            save_table(skipped.assign(**provenance(options.line)), options.output)
         print(table(skipped.astype(object).where(skipped.notna(), None).to_dict("records")))
         return
     judged = stress.run(options.method, options.family, options.quick)
     if options.output is not None:
-        save_table(judged.assign(command=options.line), options.output)
+        save_table(judged.assign(**provenance(options.line)), options.output)
     print(table(stress.summary(judged)))
     beyond = judged[judged["beyond"] > 0].drop(columns="family")
     print(table(beyond.astype(object).where(beyond.notna(), None).to_dict("records")))
