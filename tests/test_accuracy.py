@@ -50,6 +50,35 @@ def test_the_command_writes_every_view_and_goes_on(folder, capfd):
     assert path.read_text() == whole
 
 
+def test_methods_kinds_and_scenes_can_be_named(folder, capfd):
+    path = folder / "table.csv"
+    method = "cube+notw:lookup=depth,resolution=128"
+    arguments = [str(folder), "--size", "96x64", "--random", "2", "--kind", "point"]
+    arguments += [
+        "--method",
+        method,
+        "--method",
+        "spot",
+        "--scene",
+        "boxes",
+        "--camera",
+        "0",
+        "-o",
+        str(path),
+    ]
+    assert accuracy.main(arguments) == 0
+    table = pd.read_csv(path)
+    # The listed light is a sun, and no point light is a spot's.
+    assert table["light_kind"].unique().tolist() == ["PointLight"]
+    assert table["method"].unique().tolist() == [method]
+    assert len(table) == 2
+    assert 0 < table["misclassified"].sum() < 0.05 * table["covered"].sum()
+    assert accuracy.main([*arguments[:-1], str(folder / "none.csv"), "--scene", "other"]) == 0
+    with pytest.raises(SystemExit):
+        accuracy.main([*arguments, "--method", "cube:looks=depth"])
+    assert "parameter of cube must be one of" in capfd.readouterr().err
+
+
 def test_embree_stops_at_the_light(view):
     """A lid above the lamp takes no light from the floor."""
     scene, camera, _ = view

@@ -1,11 +1,14 @@
-"""Wrong pixels of the methods that sample nothing from the light, and of Embree's float32 rays.
+"""Wrong pixels over the scenes of a folder, in their own lights and in random ones.
 
-Every scene of a folder, from each camera and in each light that its scenes.json lists, and in
-random lights by a seed: directional, point and spot, in and outside of the view. Each image is
-judged against `lixel.reference`; ties are left out. The table is written view by view, and a run
-that finds rows of its own goes on where the last one stopped.
+Every scene, from each camera and in each light that its scenes.json lists, and in random lights by
+a seed: directional, point and spot, in and outside of the view. By default the methods are those
+that sample nothing from the light, and Embree's float32 rays. Each image is judged against
+`lixel.reference`; ties are left out. The table is written view by view, and a run that finds rows
+of its own goes on where the last one stopped.
 
     python -m lixel.accuracy FOLDER --size 480x270 --random 6 -o accuracy.csv
+    python -m lixel.accuracy FOLDER --kind point --random 20 --method cube+notw:lookup=depth
+        -o point.csv
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import json
 import shlex
 import sys
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +30,13 @@ from ._core import DeviceError
 from .arguments import needs
 from .bench import _offset
 from .camera import Camera
-from .cli import Views, _size
+from .cli import Views, _make_method, _parameter, _size
 from .compare import compare
 from .frame import render_outputs
 from .info import provenance
-from .light import DirectionalLight, Light
+from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import load
+from .methods import Method
 from .random_views import random_lights
 from .receivers import Receivers
 from .reference import Reference, reference
@@ -41,6 +45,7 @@ from .report import table as as_text
 from .scene import Scene
 
 METHODS = ("exact", "ray_traced", "shadow_volumes")
+KINDS = {"directional": DirectionalLight, "point": PointLight, "spot": SpotLight}
 EMBREE = "embree float32"
 
 COLUMNS = (
@@ -86,33 +91,61 @@ class Embree:
 
 
 def views(
-    folder: Path, entry: dict[str, Any], scene: Scene, size: tuple[int, int], count: int
+    folder: Path,
+    entry: dict[str, Any],
+    scene: Scene,
+    size: tuple[int, int],
+    count: int,
+    kinds: Sequence[str] = tuple(KINDS),
 ) -> Iterator[tuple[str, Camera, str, Light]]:
     """Names and values of every camera and light of a scene; random lights differ by camera."""
+    types = [KINDS[kind] for kind in kinds]
     listed = Views.read(folder / "scenes.json", entry["file"])
     for camera_name, camera in listed.cameras.items():
         sized = camera.resized(*size)
         for light_name, light in listed.lights.items():
-            yield camera_name, sized, light_name, light
+            if type(light) in types:
+                yield camera_name, sized, light_name, light
         seed = (SEED, zlib.crc32(f"{entry['file']} {camera_name}".encode()))
         random = np.random.default_rng(seed)
-        for number, light in enumerate(random_lights(random, scene, sized, count)):
+        for number, light in enumerate(random_lights(random, scene, sized, count, types)):
             yield camera_name, sized, f"random {number}", light
 
 
+def method_of(text: str) -> Method:
+    """A method from its name, and parameters after a colon: ``"cube+notw:lookup=depth"``."""
+    name, _, given = text.partition(":")
+    return _make_method(name, None, [_parameter(part) for part in given.split(",") if part])
+
+
+def _method_text(text: str) -> str:
+    try:
+        method_of(text)
+    except (TypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
 def judge(
-    scene: Scene, camera: Camera, light: Light, embree: Embree
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    methods: Mapping[str, Method],
+    embree: Embree | None = None,
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """By method, the counts of one view."""
+    """By method, the counts of one view; methods that are not made for the light have none."""
     truth = reference(scene, camera, light)
-    for method in METHODS:
+    for name, method in methods.items():
+        if not method.takes(light):
+            continue
         try:
             _, found = render_outputs(scene, camera, light, method, ("visibility",))
         except DeviceError as error:
-            yield method, {"error": str(error)}
+            yield name, {"error": str(error)}
         else:
-            yield method, _counts(found["visibility"], truth)
-    yield EMBREE, _counts(embree.shadows(truth), truth)
+            yield name, _counts(found["visibility"], truth)
+    if embree is not None:
+        yield EMBREE, _counts(embree.shadows(truth), truth)
 
 
 def _counts(visibility: npt.NDArray[np.float32], truth: Reference) -> dict[str, Any]:
@@ -126,7 +159,17 @@ def _counts(visibility: npt.NDArray[np.float32], truth: Reference) -> dict[str, 
     }
 
 
-def run(folder: Path, output: Path, size: tuple[int, int], random: int, command: str) -> None:
+def run(
+    folder: Path,
+    output: Path,
+    size: tuple[int, int],
+    random: int,
+    command: str,
+    methods: Sequence[str] = (),
+    kinds: Sequence[str] = tuple(KINDS),
+    scenes: Sequence[str] = (),
+    cameras: Sequence[str] = (),
+) -> None:
     """Judge what the table does not have yet, and append it."""
     done = set()
     if output.exists():
@@ -135,15 +178,19 @@ def run(folder: Path, output: Path, size: tuple[int, int], random: int, command:
                 done.add((row["scene"], row["camera"], row["light"], row["width"], row["height"]))
     else:
         output.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+    chosen = {text: method_of(text) for text in methods or METHODS}
     for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
         name = Path(entry["file"]).stem
+        if scenes and name not in scenes:
+            continue
         scene = load(folder / entry["file"])
-        embree = Embree(scene)
+        embree = None if methods else Embree(scene)
         width, height = map(str, size)
         missing = [
             view
-            for view in views(folder, entry, scene, size, random)
+            for view in views(folder, entry, scene, size, random, kinds)
             if (name, view[0], view[2], width, height) not in done
+            and (not cameras or view[0] in cameras)
         ]
         for camera_name, camera, light_name, light in progress(missing, name):
             shared = {
@@ -158,7 +205,7 @@ def run(folder: Path, output: Path, size: tuple[int, int], random: int, command:
             }
             rows = [
                 {**shared, "method": method, **counts}
-                for method, counts in judge(scene, camera, light, embree)
+                for method, counts in judge(scene, camera, light, chosen, embree)
             ]
             # A view is written whole or not at all.
             with output.open("a", newline="", encoding="utf-8") as file:
@@ -200,6 +247,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--random", type=int, default=6, metavar="N", help="random lights from each camera"
     )
+    parser.add_argument(
+        "--kind", action="append", choices=KINDS, help="of lights; may be given more than once"
+    )
+    parser.add_argument(
+        "--scene",
+        action="append",
+        metavar="NAME",
+        help="of the folder; may be given more than once",
+    )
+    parser.add_argument(
+        "--camera", action="append", metavar="NAME", help="of a scene; may be given more than once"
+    )
+    parser.add_argument(
+        "--method", action="append", type=_method_text, metavar="NAME[:PARAMETER=VALUE,...]",
+        help="instead of those that sample nothing from the light; may be given more than once",
+    )  # fmt: skip
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.csv")
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = parser.parse_args(given)
@@ -209,7 +272,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     told = [options.folder.name if word == str(options.folder) else word for word in given]
     command = f"python -m lixel.accuracy {shlex.join(told)}"
     try:
-        run(options.folder, options.output, options.size, options.random, command)
+        run(
+            options.folder,
+            options.output,
+            options.size,
+            options.random,
+            command,
+            options.method or (),
+            options.kind or tuple(KINDS),
+            options.scene or (),
+            options.camera or (),
+        )
     except KeyboardInterrupt:
         say("accuracy: stopped; the same command goes on")
         return 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,25 +12,32 @@ from .camera import Camera
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .scene import Scene
 
+KINDS: tuple[type[Light], ...] = (DirectionalLight, PointLight, SpotLight)
+
 
 def random_lights(
-    random: np.random.Generator, scene: Scene, camera: Camera, count: int
+    random: np.random.Generator,
+    scene: Scene,
+    camera: Camera,
+    count: int,
+    kinds: Sequence[type[Light]] = KINDS,
 ) -> list[Light]:
-    """Directional, point and spot lights by turns; of those with a position every other one is in
-    the camera's view.
+    """Directional, point and spot lights, or some of these, by turns; of those with a position
+    every other one is in the camera's view.
 
     Suns come from above the horizon. Lamps outside the view are anywhere in the scene's box, made
     half as large again; spots point to a place in the box.
     """
     lights: list[Light] = []
     for number in range(count):
-        if number % 3 == 0:
+        kind = kinds[number % len(kinds)]
+        if kind is DirectionalLight:
             x, y, z = random.normal(size=3)
             lights.append(DirectionalLight((x, -abs(y) - 0.05, z)))
             continue
         is_in_view = number % 2 == 0
         position = _in_view(random, scene, camera) if is_in_view else _in_box(random, scene, 1.5)
-        if number % 3 == 1:
+        if kind is PointLight:
             lights.append(PointLight(position))
         else:
             direction = _in_box(random, scene, 0.8) - position
