@@ -162,18 +162,22 @@ def stability_page(start: str) -> str:
     """What `lixel stress` measured, and its known limits."""
     judged = pd.read_csv(RESULTS / "stability" / "stress.csv")
     skipped = pd.read_csv(RESULTS / "stability" / "skips.csv")
+    flickering = pd.read_csv(RESULTS / "stability" / "flicker.csv")
     limits = [
         f"| {', '.join(limit.cases)} | {', '.join(limit.methods)} | {limit.why} |"
         for limit in stress.LIMITS
     ]
-    beyond = judged[judged["beyond"] > 0].drop(columns=["command", "limit"])
+    provenance = ["device", "driver", "date", "command"]
+    beyond = judged[judged["beyond"] > 0].drop(columns=[*provenance, "limit"])
     tables = {
         "SUMMARY": markdown(pd.DataFrame(stress.summary(judged))),
         "LIMITS": "\n".join(["| view | method | why |", "|---|---|---|", *limits]),
         "BEYOND": markdown(beyond),
-        "SKIPS": markdown(skipped.drop(columns="command")),
+        "SKIPS": markdown(skipped.drop(columns=provenance)),
+        "FLICKER": markdown(flickering.drop(columns=[*provenance, "frames"])),
         "STRESS_COMMAND": judged["command"].iloc[0],
         "SKIPS_COMMAND": skipped["command"].iloc[0],
+        "FLICKER_COMMAND": flickering["command"].iloc[0],
     }
     for name, text in tables.items():
         start = start.replace(f"[{name}]", text)
@@ -199,7 +203,16 @@ def api_page(start: str) -> str:
     methods = {method.__name__ for method in lx.METHODS.values()}
     names = [name for name in lx.__all__ if name not in methods and name != "__version__"]
     parts = [start, *(f"::: lixel.{name}" for name in names if name != "scenes")]
-    for module in ("scenes", "plots", "explore", "testing", "pytest_plugin", "papers", "stress"):
+    for module in (
+        "scenes",
+        "plots",
+        "explore",
+        "testing",
+        "pytest_plugin",
+        "papers",
+        "stress",
+        "flicker",
+    ):
         parts.append(
             f"## lixel.{module}\n\n::: lixel.{module}\n    options:\n      "
             "show_root_heading: false\n      show_root_toc_entry: false"

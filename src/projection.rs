@@ -250,6 +250,28 @@ impl Projection {
         }
     }
 
+    /// Points of the world at one depth: columns of the matrix from (column, row, 1) in texels to
+    /// homogeneous points. `None` of a paraboloid, which has no such matrix.
+    pub fn world_from_texel(&self, depth: f64) -> Option<[DVec4; 3]> {
+        let steps = self.steps();
+        let (plane, [x, y, origin]) = match self.kind {
+            Kind::Paraboloid => return None,
+            Kind::Parallel => {
+                let plane = self.homography.map_or(DMat3::IDENTITY, |h| h.inverse);
+                let origin = self.origin + steps.z_axis * depth;
+                (plane, [steps.x_axis, steps.y_axis, origin])
+            }
+            Kind::Perspective => {
+                let [x, y, z] = [steps.x_axis, steps.y_axis, steps.z_axis].map(|step| step * depth);
+                (DMat3::IDENTITY, [x, y, self.origin + z])
+            }
+        };
+        let plane = plane * DMat3::from_translation(-self.centre);
+        let column =
+            |c: DVec3| x.extend(0.0) * c.x + y.extend(0.0) * c.y + origin.extend(1.0) * c.z;
+        Some([plane.x_axis, plane.y_axis, plane.z_axis].map(column))
+    }
+
     /// World vectors of a unit step along each axis of projection space, as columns.
     pub fn steps(&self) -> DMat3 {
         self.axes().inverse()
@@ -472,6 +494,20 @@ mod tests {
             let there = homogeneous.truncate() / homogeneous.w;
             assert!((there.truncate() - texel.truncate()).length() < 1e-10);
         }
+    }
+
+    #[test]
+    fn places_at_one_depth_are_where_the_rays_say() {
+        let [parallel, perspective, paraboloid, moved] = projections();
+        for projection in [parallel, perspective, moved] {
+            let texel = DVec2::new(5.5, 12.0);
+            let columns = projection.world_from_texel(4.0).unwrap();
+            let there = columns[0] * texel.x + columns[1] * texel.y + columns[2];
+            let (start, ray) = projection.ray_from_texel(texel);
+            let point = there.truncate() / there.w;
+            assert!((point - (start + ray * 4.0)).length() < 1e-10, "{point}");
+        }
+        assert!(paraboloid.world_from_texel(4.0).is_none());
     }
 
     #[test]

@@ -7,14 +7,16 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::gpu;
 use crate::light::Light;
-use crate::methods::{Array, Method, Parameters, Value};
+use crate::methods::{Array, Method, OldMap, Parameters, Value};
 use crate::passes::work_items::Counters;
 use crate::reference::{self, Reference};
 use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
 use crate::scene::Scene;
 use glam::{DMat4, DVec2, DVec3};
 use numpy::ndarray::{Array2, Array3, Array4};
-use numpy::{PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{
+    PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyTuple};
@@ -267,6 +269,8 @@ fn value_to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
             image(py, shape, array.values.to_vec()).into_any().unbind()
         }
         Value::Matrix(value) => value.to_vec().into_pyobject(py)?.unbind(),
+        // No default has any.
+        Value::Maps(_) => py.None(),
     })
 }
 
@@ -292,12 +296,42 @@ fn value_from_python(name: &str, value: &Bound<PyAny>) -> PyResult<Value> {
     } else if let Ok(matrix) = value.extract::<[[f64; 4]; 4]>() {
         let rows = matrix.as_flattened().try_into();
         Ok(Value::Matrix(Box::new(rows.expect("16 numbers"))))
+    } else if let Ok((importance, matrices)) =
+        value.extract::<(PyReadonlyArray3<f32>, PyReadonlyArray3<f64>)>()
+    {
+        old_maps(name, &importance, &matrices)
     } else {
         Err(PyTypeError::new_err(format!(
             "{name} must be a number, a string, an array or None, got {}",
             value.get_type().name()?
         )))
     }
+}
+
+/// The layers of a frame: importance maps, and matrices from the world.
+fn old_maps(
+    name: &str,
+    importance: &PyReadonlyArray3<f32>,
+    matrices: &PyReadonlyArray3<f64>,
+) -> PyResult<Value> {
+    let (importance, matrices) = (importance.as_array(), matrices.as_array());
+    let (layers, rows, columns) = importance.dim();
+    if matrices.dim() != (layers, 4, 4) {
+        return Err(PyValueError::new_err(format!(
+            "{name} must have a matrix for each of {layers} maps, got shape {:?}",
+            matrices.dim()
+        )));
+    }
+    let maps = importance.outer_iter().zip(matrices.outer_iter());
+    let maps = maps.map(|(importance, matrix)| OldMap {
+        importance: Array {
+            rows,
+            columns,
+            values: importance.iter().copied().collect(),
+        },
+        map_from_world: DMat4::from_cols_slice(&matrix.t().iter().copied().collect::<Vec<_>>()),
+    });
+    Ok(Value::Maps(maps.collect()))
 }
 
 #[pyfunction]

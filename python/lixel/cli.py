@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import __version__, bench, demo, papers, plots, scenes, stress
+from . import __version__, bench, demo, flicker, papers, plots, scenes, stress
 from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
@@ -209,10 +209,18 @@ def _parser() -> argparse.ArgumentParser:
         help=f"what is hard: one of {', '.join(stress.FAMILIES)}; may be given more than once; "
         "default: all",
     )  # fmt: skip
-    add.add_argument("--quick", action="store_true", help="only the hardest views of each family")
+    add.add_argument(
+        "--quick",
+        action="store_true",
+        help="only the hardest views of each family; a tenth of the frames",
+    )
     add.add_argument(
         "--skips", action="store_true",
         help="instead, what each method leaves out, and the proof that it changes no pixel",
+    )  # fmt: skip
+    add.add_argument(
+        "--flicker", action="store_true",
+        help="instead, pixels that turn from right to wrong while the camera or the light moves",
     )  # fmt: skip
     add.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="table of every view, .csv or .parquet"
@@ -360,17 +368,19 @@ def _stress(options: argparse.Namespace) -> None:
         # Now, rather than after the work.
         check_table_path("output", options.output)
     if options.skips:
-        skipped = stress.skips(options.method)
-        if options.output is not None:
-            save_table(skipped.assign(**provenance(options.line)), options.output)
-        print(table(skipped.astype(object).where(skipped.notna(), None).to_dict("records")))
-        return
-    judged = stress.run(options.method, options.family, options.quick)
+        measured = shown = stress.skips(options.method)
+    elif options.flicker:
+        known = {method_from(name).name for name in options.method or METHODS}
+        chosen = [tried for tried in flicker.METHODS if tried[0].name in known]
+        frames = 12 if options.quick else 120
+        measured = shown = flicker.flicker(methods=chosen, frames=frames)
+    else:
+        measured = stress.run(options.method, options.family, options.quick)
+        print(table(stress.summary(measured)))
+        shown = measured[measured["beyond"] > 0].drop(columns="family")
     if options.output is not None:
-        save_table(judged.assign(**provenance(options.line)), options.output)
-    print(table(stress.summary(judged)))
-    beyond = judged[judged["beyond"] > 0].drop(columns="family")
-    print(table(beyond.astype(object).where(beyond.notna(), None).to_dict("records")))
+        save_table(measured.assign(**provenance(options.line)), options.output)
+    print(table(shown.astype(object).where(shown.notna(), None).to_dict("records")))
 
 
 # --- What the arguments mean ---

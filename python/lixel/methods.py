@@ -11,12 +11,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, TypeAlias, cast, get_args
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from .arguments import count, real, reals
+from .arguments import count, flag, real, reals
 from .light import LIGHTS, WITH_POSITION, Light, SpotLight
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
@@ -293,15 +293,23 @@ class DesiredView(ShadowMapMethod):
     likewise ``y``; depth is the receivers', reached back to the light.
 
     Limits: within the box texels are still uniform, so that near receivers get too few when far
-    ones widen the box; the map moves with the camera, and its texels flicker.
+    ones widen the box; the map moves with the camera, and its texels flicker unless they snap.
 
-    Parameters are those of `ShadowMapMethod`.
+    Parameters
+    ----------
+    snap : bool
+        Texel snapping, against the flicker of shadow edges while the camera moves: texels
+        are a power of the fourth root of 2 wide, up to 1.19 times as wide as they must be, and lie
+        on a grid that only the light moves.
+
+    The others are those of `ShadowMapMethod`.
 
     References
     ----------
     P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 5
     (desired view); S. Brabec, T. Annen, H.-P. Seidel, "Practical shadow mapping", Journal of
-    Graphics Tools 7(4), 2002.
+    Graphics Tools 7(4), 2002; M. Valient, "Stable rendering of cascaded shadow maps", ShaderX6,
+    2008 (texel snapping).
 
     Examples
     --------
@@ -310,6 +318,12 @@ class DesiredView(ShadowMapMethod):
     """
 
     name: ClassVar[str] = "desired_view"
+
+    snap: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -387,8 +401,19 @@ class WarpMethod(ShadowMapMethod):
         `LightSpacePerspective` and `SceneOptimized`; ``"cube"``, ``"dual_paraboloid"``,
         ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
         of its receivers.
+    snap : bool
+        Texel snapping of the map that is warped, as for `DesiredView`; with the fits
+        ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``.
+    previous : Frame, optional
+        The frame before, of the same method: its importance maps are blended in, so that the warp
+        follows the view slowly (Rosen, 5.5). Each layer takes the old one that lay where it is;
+        what was not on that had no importance. Not for paraboloids. `lixel.flicker` finds no less
+        flicker with it.
+    blend : float
+        The part of the frame before, from 0 to 1.
 
-    The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays.
+    The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays
+    and the frame before.
     """
 
     functions: ClassVar[tuple[str, ...]]
@@ -403,6 +428,9 @@ class WarpMethod(ShadowMapMethod):
     map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
     importance_resolution: int = 512
     fit: Fit = "desired_view"
+    snap: bool = False
+    previous: Any = field(default=None, compare=False, repr=False)
+    blend: float = 0.5
 
     def takes(self, light: Light) -> bool:
         """Whether the method, with its parameters, is made for the light."""
@@ -425,22 +453,61 @@ class WarpMethod(ShadowMapMethod):
         product = "*".join(name for name in self.functions if name in parts)
         object.__setattr__(self, "importance", product)
         _check_choice("fit", self.fit, get_args(Fit))
+        object.__setattr__(self, "snap", flag("snap", self.snap))
+        if self.snap and self.fit not in STILL_FITS:
+            raise ValueError(
+                f"snap must come with one of the fits {', '.join(map(repr, STILL_FITS))}, "
+                f"got {self.fit!r}"
+            )
+        if self.previous is not None:
+            object.__setattr__(self, "previous", _old_maps(type(self), self.previous))
         for parameter, unit in (
             ("importance_resolution", "cells"),
             ("analysis_resolution", "texels"),
         ):
             value = count(parameter, getattr(self, parameter), unit)
             object.__setattr__(self, parameter, value)
-        for parameter in ("normal_bonus", "edge_floor", "boundary_weight"):
+        for parameter in ("normal_bonus", "edge_floor", "boundary_weight", "blend"):
             object.__setattr__(self, parameter, real(parameter, getattr(self, parameter)))
         if self.edge_bias is not None:
             object.__setattr__(self, "edge_bias", real("edge_bias", self.edge_bias))
         _check_not_negative(self, "normal_bonus", "edge_bias", "boundary_weight")
         _check_fraction(self, "edge_floor")
+        _check_fraction(self, "blend")
         for parameter in ("pixel_weights", "map_weights"):
             weights = getattr(self, parameter)
             if weights is not None:
                 object.__setattr__(self, parameter, _weights(parameter, weights))
+
+
+STILL_FITS: tuple[Fit, ...] = ("desired_view", "cube", "dual_paraboloid", "spot")
+"""Fits whose layers do not turn with the receivers."""
+
+
+class OldMaps(NamedTuple):
+    """What a warp keeps of the frame before: `WarpMethod.previous`."""
+
+    importance: npt.NDArray[np.float32]
+    """(layers, h, w): importance maps."""
+    matrices: npt.NDArray[np.float64]
+    """(layers, 4, 4): x and y from 0 to 1 in the map, depth and w, from a point in the world."""
+
+
+def _old_maps(method: type[WarpMethod], previous: Any) -> OldMaps | None:
+    """Of a frame; None where the frame had no layer."""
+    if isinstance(previous, OldMaps):
+        return previous
+    of_frame = getattr(previous, "method", None)
+    if of_frame is None:
+        raise TypeError(f"previous must be a lixel.Frame, got {type(previous).__name__}")
+    if type(of_frame) is not method:
+        raise ValueError(
+            f"previous must be a frame of the method {method.name!r}, got {of_frame.spelling!r}"
+        )
+    if len(previous.importance_map) == 0:
+        return None
+    sides = np.array([1.0 / of_frame.resolution, 1.0 / of_frame.resolution, 1.0, 1.0])
+    return OldMaps(previous.importance_map, previous.light_matrix * sides[:, None])
 
 
 def _weights(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -639,7 +706,13 @@ class Focused(LightMatrixMethod):
 
     Limits: texels are spread evenly; near receivers get no more than far ones.
 
-    Parameters are those of `LightMatrixMethod`.
+    Parameters
+    ----------
+    snap : bool
+        Texel snapping, as for `DesiredView`; the rectangle is not turned then, and around a light
+        with a position it is one for each face of a cube.
+
+    The others are those of `LightMatrixMethod`.
 
     References
     ----------
@@ -654,6 +727,12 @@ class Focused(LightMatrixMethod):
     """
 
     name: ClassVar[str] = "focused"
+
+    snap: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -856,6 +935,9 @@ class Cascades(ShadowMapMethod):
         Lambda of ``"practical"``, from 0 to 1.
     sample_resolution : int
         Pixels looked at along the longer side of the image, where the receivers are asked.
+    snap : bool
+        Texel snapping, as for `DesiredView`, of every layer; slabs that the receivers bound end at
+        powers of the fourth root of 2, in units of the world.
 
     The others are those of `ShadowMapMethod`.
 
@@ -877,6 +959,7 @@ class Cascades(ShadowMapMethod):
     splits: Splits = "receivers"
     weight: float = 0.5
     sample_resolution: int = 180
+    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -889,6 +972,7 @@ class Cascades(ShadowMapMethod):
             raise ValueError(f"weight must be from 0 to 1, got {self.weight}")
         samples = count("sample_resolution", self.sample_resolution, "samples")
         object.__setattr__(self, "sample_resolution", samples)
+        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -908,6 +992,8 @@ class Cube(ShadowMapMethod):
     ----------
     cut : {"receivers", "face"}
         Each face over the box of its receivers, or over the whole face.
+    snap : bool
+        Texel snapping of the boxes of receivers, as for `DesiredView`.
 
     The others are those of `ShadowMapMethod`; `resolution` is that of each face.
 
@@ -930,10 +1016,12 @@ class Cube(ShadowMapMethod):
     lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
 
     cut: Literal["receivers", "face"] = "receivers"
+    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("cut", self.cut, ("receivers", "face"))
+        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -954,6 +1042,8 @@ class DualParaboloid(ShadowMapMethod):
     ----------
     cut : {"hemisphere", "receivers"}
         Each map over its whole half of space, as published, or over the box of its receivers.
+    snap : bool
+        Texel snapping of the boxes of receivers, as for `DesiredView`.
 
     The others are those of `ShadowMapMethod`; `resolution` is that of each half.
 
@@ -977,10 +1067,12 @@ class DualParaboloid(ShadowMapMethod):
     lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
 
     cut: Literal["hemisphere", "receivers"] = "hemisphere"
+    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("cut", self.cut, ("hemisphere", "receivers"))
+        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -1045,6 +1137,8 @@ class Spot(ShadowMapMethod):
     ----------
     cut : {"receivers", "cone"}
         Over the box of the receivers, or over the whole cone.
+    snap : bool
+        Texel snapping of the boxes of receivers, as for `DesiredView`.
 
     The others are those of `ShadowMapMethod`.
 
@@ -1067,10 +1161,12 @@ class Spot(ShadowMapMethod):
     lights: ClassVar[tuple[type[Light], ...]] = (SpotLight,)
 
     cut: Literal["receivers", "cone"] = "receivers"
+    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("cut", self.cut, ("receivers", "cone"))
+        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)

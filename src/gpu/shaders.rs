@@ -43,6 +43,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("target/depth_triangle"),
     file!("warp/grid"),
     file!("warp/none"),
+    file!("blend_importance"),
     file!("boundary"),
     file!("caster_tests"),
     file!("forward_importance"),

@@ -8,13 +8,14 @@
 //! Salvi, Aaron Lefohn. Sample distribution shadow maps. I3D 2011, for splits and boxes from the
 //! receivers.
 //!
-//! Parameters: those of every map, and `layers`, `splits`, `weight`, `sample_resolution`.
+//! Parameters: those of every map, and `layers`, `splits`, `weight`, `sample_resolution`, `snap`.
 //!
 //! Limits: each layer has `resolution` texels along its sides, and is drawn on its own. The faces of a
 //! cube around a point are not split.
 
 use super::fit::{Cut, cut_layers, layers_of_light};
 use super::matrix_fit::SAMPLE_RESOLUTION;
+use super::snapping::stepped;
 use super::view::SampledReceivers;
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
@@ -55,6 +56,8 @@ pub struct Cascades {
     pub weight: f64,
     /// Receivers looked at along the longer side of the image.
     pub sample_resolution: u32,
+    /// Whether texels hold still while the receivers move.
+    pub snaps: bool,
 }
 
 impl ShadowMethod for Cascades {
@@ -74,6 +77,7 @@ impl ShadowMethod for Cascades {
                 "sample_resolution",
                 Value::Int(i64::from(SAMPLE_RESOLUTION)),
             ),
+            (Cut::SNAP, Value::Bool(false)),
         ]);
         defaults
     }
@@ -89,13 +93,19 @@ impl ShadowMethod for Cascades {
             splits: parameters.take_choice("splits", SPLITS)?,
             weight,
             sample_resolution: parameters.take_resolution("sample_resolution")?,
+            snaps: parameters.take_flag(Cut::SNAP)?,
         })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let depths = self.split_depths(view)?;
         let layers = slabs(view, &depths);
-        let fitted = cut_layers(view, layers, Cut::Receivers, self.map.resolution)?;
+        let fitted = cut_layers(
+            view,
+            layers,
+            Cut::to_receivers(self.snaps),
+            self.map.resolution,
+        )?;
         view.shadows(&self.map, fitted)
     }
 }
@@ -111,12 +121,14 @@ impl Cascades {
             let (Some(near), Some(far)) = (depths.first(), depths.last()) else {
                 return Ok(vec![]);
             };
-            let quantile = |share: f64| depths[(share * depths.len() as f64) as usize];
+            // Slabs that grow in steps.
+            let held = |depth: f64| if self.snaps { stepped(depth) } else { depth };
+            let quantile = |share: f64| held(depths[(share * depths.len() as f64) as usize]);
             return Ok(if self.splits == Splits::Quantiles {
                 shares.map(quantile).collect()
             } else {
                 shares
-                    .map(|share| logarithmic(*near, *far, share))
+                    .map(|share| logarithmic(held(*near), held(*far), share))
                     .collect()
             });
         }

@@ -1,6 +1,7 @@
 //! Fits of central projections, for lights with a position.
 
 use super::parallel_fit::light_axes;
+use super::snapping::snapped;
 use super::view::Fitted;
 use crate::camera::Camera;
 use crate::light::Cone;
@@ -107,24 +108,30 @@ pub fn plane_radius(kind: Kind, angle: f64) -> f64 {
 }
 
 /// The map whose sides are the box's, `resolution` texels each; (x, y) in the plane of the axes, which
-/// no receiver leaves by more than `widest`, and depth. Nothing is stored behind the far side.
+/// no receiver leaves by more than `widest`, and depth. Nothing is stored behind the far side. Texels hold
+/// still where `snaps`.
 pub fn fit_box(
     axes: &Projection,
     (low, high): (DVec3, DVec3),
     widest: f64,
     resolution: u32,
     rounding: f64,
+    snaps: bool,
 ) -> Projection {
     let limit = DVec2::splat(widest);
-    let low_place = low.truncate().clamp(-limit, limit);
-    let high_place = high.truncate().clamp(-limit, limit);
-    let middle = 0.5 * (low_place + high_place);
-    let half = 0.5 * (high_place - low_place);
     // Room for rounding at the border, which a receiver near the light has more of, and for a box
     // without a width.
     let nearest = low.z.max(axes.near);
     let room = (rounding / nearest).clamp(1e-7, 1e-3) * widest.max(1.0);
-    let texels_per_unit = 0.5 * f64::from(resolution) / (half + room);
+    let low_place = low.truncate().clamp(-limit, limit) - room;
+    let high_place = high.truncate().clamp(-limit, limit) + room;
+    let (low_place, high_place) = if snaps {
+        snapped((low_place, high_place), resolution)
+    } else {
+        (low_place, high_place)
+    };
+    let middle = 0.5 * (low_place + high_place);
+    let texels_per_unit = f64::from(resolution) / (high_place - low_place);
     let far = (high.z + rounding).clamp(axes.near, axes.far);
     sized(axes, middle, texels_per_unit, resolution, far)
 }
@@ -221,7 +228,7 @@ mod tests {
         for kind in [Kind::Perspective, Kind::Paraboloid] {
             let axes = axes_for_scene(kind, DVec3::ONE, DVec3::NEG_Y, SCENE);
             let corners = (DVec3::new(-0.25, 0.1, 2.0), DVec3::new(0.5, 0.3, 4.0));
-            let map = fit_box(&axes, corners, 1.0, 512, 1e-6);
+            let map = fit_box(&axes, corners, 1.0, 512, 1e-6, false);
             for (corner, texel) in [(corners.0, 0.0), (corners.1, 512.0)] {
                 let (start, ray) = axes.ray_from_texel(corner.truncate());
                 let there = map.texel_from_point(start + ray * corner.z);

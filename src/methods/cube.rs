@@ -4,7 +4,7 @@
 //!
 //! Chris Brennan's and NVIDIA's cube shadow maps, as in Navrátil's thesis, section 3.3.1.
 //!
-//! Parameters: those of every map, for each face, and `cut`: `receivers` or `face`.
+//! Parameters: those of every map, for each face, and `cut`: `receivers` or `face`, and `snap`.
 //!
 //! Limits: up to six passes over the casters; texels at the corners of a face cover a fifth of the solid
 //! angle of those in its middle.
@@ -29,13 +29,14 @@ impl ShadowMethod for Cube {
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
         defaults.push((Cut::NAME, Value::Text("receivers".to_string())));
+        defaults.push((Cut::SNAP, Value::Bool(false)));
         defaults
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let map = MapParameters::from_parameters(parameters)?;
-        let cut = parameters.take_choice(
-            Cut::NAME,
+        let cut = Cut::take(
+            parameters,
             &[("receivers", Cut::Receivers), ("face", Cut::Whole)],
         )?;
         Ok(Self { map, cut })

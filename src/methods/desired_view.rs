@@ -6,17 +6,19 @@
 //! Tools 7(4), 2002, section 3. It is the "desired view" of Paul Rosen. Rectilinear texture warping
 //! for fast adaptive shadow mapping. I3D 2012, section 5.
 //!
-//! Parameters: those of every map.
+//! Parameters: those of every map, and `snap`.
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::fit::Fit;
+use super::fit::{Cut, Fit};
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesiredView {
     pub map: MapParameters,
+    /// Whether texels hold still while the receivers move.
+    pub snaps: bool,
 }
 
 impl ShadowMethod for DesiredView {
@@ -26,16 +28,19 @@ impl ShadowMethod for DesiredView {
          mapping. Journal of Graphics Tools 7(4).";
 
     fn defaults() -> Vec<(&'static str, Value)> {
-        MapParameters::defaults()
+        let mut defaults = MapParameters::defaults();
+        defaults.push((Cut::SNAP, Value::Bool(false)));
+        defaults
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let map = MapParameters::from_parameters(parameters)?;
-        Ok(Self { map })
+        let snaps = parameters.take_flag(Cut::SNAP)?;
+        Ok(Self { map, snaps })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = Fit::DesiredView.fit(view, self.map.resolution)?;
+        let layers = Fit::DesiredView.fit(view, self.snaps, self.map.resolution)?;
         view.shadows(&self.map, layers)
     }
 }

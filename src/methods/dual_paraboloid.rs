@@ -6,7 +6,7 @@
 //! Stefan Brabec, Thomas Annen, Hans-Peter Seidel. Shadow mapping for hemispherical and omnidirectional
 //! light sources. Computer Graphics International, 2002; Navrátil's thesis, section 3.3.2.
 //!
-//! Parameters: those of every map, for each half, and `cut`: `hemisphere` or `receivers`.
+//! Parameters: those of every map, for each half, and `cut`: `hemisphere` or `receivers`, and `snap`.
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
@@ -31,13 +31,14 @@ impl ShadowMethod for DualParaboloid {
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
         defaults.push((Cut::NAME, Value::Text("hemisphere".to_string())));
+        defaults.push((Cut::SNAP, Value::Bool(false)));
         defaults
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let map = MapParameters::from_parameters(parameters)?;
-        let cut = parameters.take_choice(
-            Cut::NAME,
+        let cut = Cut::take(
+            parameters,
             &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)],
         )?;
         Ok(Self { map, cut })

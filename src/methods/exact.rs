@@ -124,7 +124,7 @@ impl Exact {
                 FEWEST_TEXELS,
             );
         }
-        Fit::DesiredView.fit(view, FEWEST_TEXELS)
+        Fit::DesiredView.fit(view, false, FEWEST_TEXELS)
     }
 }
 

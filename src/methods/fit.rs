@@ -6,11 +6,12 @@ use super::dual_paraboloid::fit_dual_paraboloid;
 use super::improved_paraboloid::{self, fit_improved_paraboloid};
 use super::lispsm::LightSpacePerspective;
 use super::parallel_fit::{self, axes_at, projected_box};
-use super::parameters::Value;
+use super::parameters::{Parameters, Value};
 use super::scene_optimized::SceneOptimized;
+use super::snapping::snapped;
 use super::spot::fit_spot;
 use super::view::{Fitted, View};
-use crate::error::Result;
+use crate::error::{Result, ensure_value};
 use crate::geometry::smallest_rectangle;
 use crate::gpu::skips;
 use crate::passes::outline::Points;
@@ -50,10 +51,34 @@ pub enum Cut {
     Whole,
     /// The box of its receivers.
     Receivers,
+    /// That box, on texels that hold still while it moves.
+    Snapped,
 }
 
 impl Cut {
     pub const NAME: &'static str = "cut";
+
+    /// The parameter that asks for texels that hold still.
+    pub const SNAP: &'static str = "snap";
+
+    /// The box of the receivers; on texels that hold still where `snaps`.
+    pub fn to_receivers(snaps: bool) -> Self {
+        if snaps {
+            Self::Snapped
+        } else {
+            Self::Receivers
+        }
+    }
+
+    /// The parameters `cut`, one of a few words, and `snap`.
+    pub fn take(parameters: &mut Parameters, choices: &[(&str, Self)]) -> Result<Self> {
+        let cut = parameters.take_choice(Self::NAME, choices)?;
+        let snaps = parameters.take_flag(Self::SNAP)?;
+        Ok(match cut {
+            Self::Receivers => Self::to_receivers(snaps),
+            _ => cut,
+        })
+    }
 }
 
 impl Fit {
@@ -75,14 +100,32 @@ impl Fit {
         Value::Text("desired_view".to_string())
     }
 
+    /// The parameters `fit` and `snap`: whether texels hold still while the receivers move, which those of
+    /// a map that turns with them cannot.
+    pub fn take(parameters: &mut Parameters) -> Result<(Self, bool)> {
+        let fit: Self = parameters.take_choice(Self::NAME, Self::CHOICES)?;
+        let snaps = parameters.take_flag(Cut::SNAP)?;
+        let holds_still = matches!(
+            fit,
+            Self::DesiredView | Self::Cube | Self::DualParaboloid | Self::Spot
+        );
+        ensure_value!(
+            holds_still || !snaps,
+            "snap must come with the fit desired_view, cube, dual_paraboloid or spot; others turn with \
+             the receivers"
+        );
+        Ok((fit, snaps))
+    }
+
     /// The maps around the receivers that face the light. A layer without receivers is left out. Submits
     /// what was recorded so far.
-    pub fn fit(self, view: &mut View, resolution: u32) -> Result<Vec<Fitted>> {
+    pub fn fit(self, view: &mut View, snaps: bool, resolution: u32) -> Result<Vec<Fitted>> {
+        let cut = Cut::to_receivers(snaps);
         let points = match self {
             Self::LightSpacePerspective => return LightSpacePerspective::new(resolution).fit(view),
             Self::SceneOptimized => return SceneOptimized::new(resolution).fit(view),
-            Self::Cube => return fit_cube(view, Cut::Receivers, resolution),
-            Self::DualParaboloid => return fit_dual_paraboloid(view, Cut::Receivers, resolution),
+            Self::Cube => return fit_cube(view, cut, resolution),
+            Self::DualParaboloid => return fit_dual_paraboloid(view, cut, resolution),
             Self::ImprovedParaboloid => {
                 return fit_improved_paraboloid(
                     view,
@@ -90,7 +133,7 @@ impl Fit {
                     resolution,
                 );
             }
-            Self::Spot => return fit_spot(view, Cut::Receivers, resolution),
+            Self::Spot => return fit_spot(view, cut, resolution),
             Self::DesiredView => None,
             Self::MinSm => Some(Points::Extremes),
             Self::PrincipalAxes => Some(Points::Samples),
@@ -101,7 +144,7 @@ impl Fit {
                 turn(view, layer, points)?;
             }
         }
-        cut_layers(view, layers, Cut::Receivers, resolution)
+        cut_layers(view, layers, cut, resolution)
     }
 }
 
@@ -147,6 +190,17 @@ pub fn cut_layers(
     resolution: u32,
 ) -> Result<Vec<Fitted>> {
     let boxes = view.receiver_bounds(&layers)?;
+    Ok(boxed_layers(view, layers, boxes, cut, resolution))
+}
+
+/// The same, with the boxes of the layers' receivers.
+pub fn boxed_layers(
+    view: &mut View,
+    layers: Vec<Fitted>,
+    boxes: Vec<Option<(DVec3, DVec3)>>,
+    cut: Cut,
+    resolution: u32,
+) -> Vec<Fitted> {
     let mut fitted = Vec::new();
     for (layer, corners) in layers.into_iter().zip(boxes) {
         let whole = || whole_layer(view, &layer.projection);
@@ -156,18 +210,18 @@ pub fn cut_layers(
         };
         let Fitted { projection, region } = layer;
         let projection = match projection.kind {
-            Kind::Parallel => parallel_box(view, &projection, corners, resolution),
+            Kind::Parallel => parallel_box(view, &projection, corners, cut, resolution),
             Kind::Perspective | Kind::Paraboloid => {
                 central_map(view, &projection, &region, corners, cut, resolution)
             }
         };
         fitted.push(Fitted { projection, region });
     }
-    Ok(fitted)
+    fitted
 }
 
 /// Corners that no receiver of a layer is beyond.
-fn whole_layer(view: &View, axes: &Projection) -> (DVec3, DVec3) {
+pub fn whole_layer(view: &View, axes: &Projection) -> (DVec3, DVec3) {
     let side = DVec2::splat(2.0);
     match axes.kind {
         Kind::Parallel => projected_box(axes, view.scene.bounds()),
@@ -178,14 +232,24 @@ fn whole_layer(view: &View, axes: &Projection) -> (DVec3, DVec3) {
 fn parallel_box(
     view: &View,
     axes: &Projection,
-    corners: (DVec3, DVec3),
+    (low, high): (DVec3, DVec3),
+    cut: Cut,
     resolution: u32,
 ) -> Projection {
     let casters = projected_box(axes, view.scene.bounds());
     // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
-    let farthest = corners.0.abs().max(corners.1.abs()).length();
+    let farthest = low.abs().max(high.abs()).length();
     let rounding = 4.0 * f64::from(f32::EPSILON) * farthest;
-    parallel_fit::fit_box(axes, corners, casters.0.z, resolution, rounding)
+    let (mut low, mut high) = (low - rounding, high + rounding);
+    if cut == Cut::Snapped {
+        // From the world's origin: the axes' own moves with the eye.
+        let origin = DVec2::new(axes.x_axis.dot(axes.origin), axes.y_axis.dot(axes.origin));
+        let place = |corner: DVec3| corner.truncate() + origin;
+        let sides = snapped((place(low), place(high)), resolution);
+        low = (sides.0 - origin).extend(low.z);
+        high = (sides.1 - origin).extend(high.z);
+    }
+    parallel_fit::fit_box(axes, (low, high), casters.0.z - rounding, resolution)
 }
 
 fn central_map(
@@ -209,7 +273,11 @@ fn central_map(
             fit_square(axes, 1.001 * widest, far, resolution)
         }
         // The square may be turned.
-        Cut::Receivers => fit_box(axes, corners, 1.001 * SQRT_2 * widest, resolution, rounding),
+        Cut::Receivers | Cut::Snapped => {
+            let widest = 1.001 * SQRT_2 * widest;
+            let snaps = cut == Cut::Snapped;
+            fit_box(axes, corners, widest, resolution, rounding, snaps)
+        }
     }
 }
 

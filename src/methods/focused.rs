@@ -5,11 +5,12 @@
 //! Hamilton Yu-Ik Chong, Steven J. Gortler. Scene optimized shadow mapping. Harvard TR-07-07, 2007,
 //! section 3.
 //!
-//! Parameters: those of every map, and `fit`, `sample_resolution`, `margin`.
+//! Parameters: those of every map, and `fit`, `sample_resolution`, `margin`, `snap`.
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::matrix_fit::{FitParameters, fitted_layers};
+use super::fit::Cut;
+use super::matrix_fit::{FitParameters, fitted_layers, still_layers};
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 use crate::light_fits::focused;
@@ -18,6 +19,8 @@ use crate::light_fits::focused;
 pub struct Focused {
     pub map: MapParameters,
     pub fit: FitParameters,
+    /// Whether texels hold still while the view moves; then the rectangle is not turned.
+    pub snaps: bool,
 }
 
 impl ShadowMethod for Focused {
@@ -29,6 +32,7 @@ impl ShadowMethod for Focused {
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
         defaults.extend(FitParameters::defaults());
+        defaults.push((Cut::SNAP, Value::Bool(false)));
         defaults
     }
 
@@ -36,11 +40,17 @@ impl ShadowMethod for Focused {
         Ok(Self {
             map: MapParameters::from_parameters(parameters)?,
             fit: FitParameters::from_parameters(parameters)?,
+            snaps: parameters.take_flag(Cut::SNAP)?,
         })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fitted_layers(view, self.map.resolution, self.fit, focused)?;
+        let resolution = self.map.resolution;
+        let layers = if self.snaps {
+            still_layers(view, resolution, self.fit)?
+        } else {
+            fitted_layers(view, resolution, self.fit, focused)?
+        };
         view.shadows(&self.map, layers)
     }
 }

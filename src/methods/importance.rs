@@ -4,14 +4,19 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
-use super::parameters::Array;
+use super::parameters::{Array, OldMap};
 use super::view::Analysed;
 use super::{MapParameters, Parameters, Value, View};
-use crate::error::{Result, ensure_value};
+use crate::error::{Error, Result, ensure_value};
 use crate::methods::view::Fitted;
+use crate::passes::blend_importance::{OldImportance, blend_importance};
 use crate::passes::boundary::BoundaryWeights;
-use crate::passes::importance_map::Factors;
+use crate::passes::importance_map::{Factors, ImportanceMap};
 use crate::passes::shadow_edge::EdgeBias;
+use crate::passes::warp_map::WarpMap;
+use crate::projection::Kind;
+use glam::{DMat3, DVec2, DVec3};
+use std::sync::Arc;
 
 /// Where importance comes from (Rosen, section 4.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +50,10 @@ pub struct Analysis {
     boundary_weight: f64,
     pub pixel_weights: Option<Array>,
     map_weights: Option<Array>,
+    /// Layers of the frame before, whose importance is blended in (Rosen, 5.5).
+    previous: Arc<[OldMap]>,
+    /// Their part.
+    blend: f64,
 }
 
 /// What the layers of a frame share, on the device.
@@ -65,6 +74,8 @@ impl Analysis {
             ("boundary_weight", Value::Float(20.0)),
             ("pixel_weights", Value::None),
             ("map_weights", Value::None),
+            ("previous", Value::None),
+            ("blend", Value::Float(0.5)),
         ]
     }
 
@@ -83,11 +94,13 @@ impl Analysis {
             boundary_weight: parameters.take_non_negative("boundary_weight")?,
             pixel_weights: parameters.take_weights("pixel_weights")?,
             map_weights: parameters.take_weights("map_weights")?,
+            previous: parameters.take_maps("previous")?,
+            blend: parameters.take_fraction("blend")?,
         })
     }
 
     /// What a weight of one counts, so that no cell can overflow 32 bits however the receivers fall.
-    /// Exactly one receiver where there is no weight.
+    /// Exactly one receiver where there is no weight and nothing to blend in.
     pub fn count_unit(&self, pixels: usize) -> f64 {
         let greatest = |weights: &Option<Array>| {
             let values = weights.iter().flat_map(|array| array.values.iter());
@@ -102,13 +115,69 @@ impl Analysis {
             greatest(&self.pixel_weights).map(f64::from),
             greatest(&self.map_weights).map(f64::from),
         ];
-        if factors.iter().all(Option::is_none) {
+        let old = self.previous.iter().map(|map| {
+            let values = map.importance.values.iter();
+            values.map(|&weight| f64::from(weight)).sum::<f64>()
+        });
+        // A part of half of what fits: blending may gather what lies in the old map.
+        let limit = 0.1 * f64::from(u32::MAX) / old.fold(f64::MIN_POSITIVE, f64::max);
+        if factors.iter().all(Option::is_none) && self.previous.is_empty() {
             return 1.0;
         }
         let most: f64 = factors.into_iter().flatten().product();
         let sum = most.max(f64::MIN_POSITIVE) * pixels as f64;
         // Half of what fits: a float32 may round a count up.
-        (0.5 * f64::from(u32::MAX) / sum).min(256.0 / most.clamp(1e-30, 1.0))
+        let limit = limit.min(0.5 * f64::from(u32::MAX) / sum);
+        limit.min(256.0 / most.clamp(1e-30, 1.0))
+    }
+
+    /// Blends in the importance of the frame before, of the layer that was where this one is; see
+    /// `blend_importance`.
+    pub fn blend(
+        &self,
+        view: &mut View,
+        layer: &Fitted,
+        map: &ImportanceMap,
+        warp: Option<&WarpMap>,
+    ) -> Result<()> {
+        if self.previous.is_empty() || self.blend == 0.0 {
+            return Ok(());
+        }
+        let projection = &layer.projection;
+        // Only where the light moves does the depth matter: that of the receivers, or halfway to them.
+        let depth = match projection.kind {
+            Kind::Parallel => 0.0,
+            Kind::Perspective | Kind::Paraboloid => 0.5 * projection.far,
+        };
+        let world = projection.world_from_texel(depth).ok_or_else(|| {
+            Error::Value(
+                "previous must come with a fit whose layers have a light matrix, not with paraboloids"
+                    .to_string(),
+            )
+        })?;
+        let sides = DVec2::new(f64::from(projection.width), f64::from(projection.height));
+        let placed = self.previous.iter().filter_map(|old| {
+            let columns = world.map(|column| {
+                let place = old.map_from_world * column;
+                DVec3::new(place.x, place.y, place.w)
+            });
+            let [x, y, origin] = columns;
+            let old_from_new = DMat3::from_cols(x, y, origin) * DMat3::from_scale(sides);
+            let middle = old_from_new * DVec3::new(0.5, 0.5, 1.0);
+            let distance = (middle.truncate() / middle.z - 0.5).length();
+            (middle.z > 0.0 && distance.is_finite()).then_some((distance, old, old_from_new))
+        });
+        let Some((_, old, old_from_new)) = placed.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return Ok(());
+        };
+        let old = OldImportance {
+            values: &old.importance.values,
+            columns: old.importance.columns as u32,
+            rows: old.importance.rows as u32,
+            old_from_new,
+            share: self.blend,
+        };
+        blend_importance(view.frame(), map, old, warp)
     }
 
     /// Uploads and first passes, once for all layers.

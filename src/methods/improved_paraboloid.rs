@@ -178,7 +178,7 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
             let room = (rounding / corners.0.z.max(axes.near)).clamp(1e-7, 1e-3);
             fit_square(&axes, widest + room, far, resolution)
         }
-        Cut::Receivers => fit_box(&axes, corners, WIDEST, resolution, rounding),
+        Cut::Receivers => fit_box(&axes, corners, WIDEST, resolution, rounding, false),
     };
     Ok(vec![Fitted::everywhere(projection)])
 }
@@ -201,6 +201,7 @@ fn fit_distant_frustum(view: &mut View, resolution: u32) -> Result<Vec<Fitted>> 
     let corners = (around(low.z, -1.0), around(high.z, 1.0));
     let casters = projected_box(&axes, view.scene.bounds());
     let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
-    let projection = parallel_fit::fit_box(&axes, corners, casters.0.z, resolution, rounding);
+    let corners = (corners.0 - rounding, corners.1 + rounding);
+    let projection = parallel_fit::fit_box(&axes, corners, casters.0.z - rounding, resolution);
     Ok(vec![Fitted::everywhere(projection)])
 }

@@ -1,7 +1,8 @@
 //! Fits of light matrices: what they are fitted to, and the projections that they make.
 
 use super::central_fit::{axes_for_scene, cube_faces};
-use super::parallel_fit::{axes_at, projected_box};
+use super::fit::{Cut, boxed_layers, layers_of_light, whole_layer};
+use super::parallel_fit::{axes_at, bounds_of, projected_box};
 use super::view::{SampledReceivers, View};
 use super::{Fitted, Parameters, Value};
 use crate::error::{Result, ensure_value};
@@ -147,6 +148,46 @@ fn parts_of_frustum(view: &View) -> Vec<Part> {
             })
         });
     whole.collect()
+}
+
+/// The light's own layers, each over the box of what the map must hold, on texels that hold still while
+/// that moves. Submits what was recorded so far.
+pub fn still_layers(
+    view: &mut View,
+    resolution: u32,
+    parameters: FitParameters,
+) -> Result<Vec<Fitted>> {
+    let layers = layers_of_light(view);
+    let points = match parameters.fit {
+        Fit::Receivers => {
+            let samples = view.sampled_receivers(parameters.sample_resolution)?;
+            let facing = samples.facing_the_light().into_iter();
+            Some(facing.map(|i| samples.points[i]).collect::<Vec<_>>())
+        }
+        // The frustum may cross a layer around a light and have no corner in it.
+        Fit::Frustum if view.light.position().is_some() => None,
+        Fit::Frustum => Some(visible_part(view.camera, view.scene.bounds())),
+    };
+    let corners = |layer: &Fitted| {
+        // Depths are those of the scene: a receiver may lie behind all samples.
+        let (low, high) = whole_layer(view, &layer.projection);
+        let Some(points) = &points else {
+            return Some((low, high));
+        };
+        let own = points.iter().filter(|point| layer.region.contains(**point));
+        let places = own.map(|point| layer.projection.texel_from_point(*point));
+        let (first, last) = bounds_of(places);
+        if first.x > last.x {
+            return None;
+        }
+        let room = parameters.margin * 0.5 * (last - first).truncate();
+        Some((
+            (first.truncate() - room).extend(low.z),
+            (last.truncate() + room).extend(high.z),
+        ))
+    };
+    let boxes = layers.iter().map(corners).collect();
+    Ok(boxed_layers(view, layers, boxes, Cut::Snapped, resolution))
 }
 
 fn faces(view: &View) -> Vec<Fitted> {

@@ -36,7 +36,7 @@ impl ShadowMethod for MinimalShadowMap {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = Fit::MinSm.fit(view, self.map.resolution)?;
+        let layers = Fit::MinSm.fit(view, false, self.map.resolution)?;
         view.shadows(&self.map, layers)
     }
 }

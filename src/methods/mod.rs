@@ -25,11 +25,12 @@ mod ray_traced;
 mod rtw;
 mod scene_optimized;
 mod shadow_volumes;
+mod snapping;
 mod spot;
 mod uniform;
 mod view;
 
-pub use parameters::{Array, MapParameters, Parameters, Value};
+pub use parameters::{Array, MapParameters, OldMap, Parameters, Value};
 pub use uniform::fit_uniform;
 pub use view::{Fitted, Layer, Plan, ReceiverCounts, Recorded, View};
 

@@ -13,12 +13,12 @@
 //! Tomáš Milet, Jan Navrátil, Pavel Zemčík. An improved non-orthogonal texture warping for better
 //! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 5. Rasterization is exact here.
 //!
-//! Parameters: those of every map, and `fit`, `importance_resolution`, `smoothing`, `exponent`,
-//! `even_share`.
+//! Parameters: those of every map and of the analysis (importance.rs), and `fit`, `snap`,
+//! `importance_resolution`, `smoothing`, `exponent`, `even_share`.
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
-use super::fit::Fit;
+use super::fit::{Cut, Fit};
 use super::importance::{Analysis, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
@@ -31,6 +31,8 @@ const FUNCTIONS: &[&str] = &["count", "normal", "shadow_edge", "boundary"];
 pub struct NonOrthogonalWarp {
     pub map: MapParameters,
     pub fit: Fit,
+    /// Whether texels hold still while the receivers move, before they are warped.
+    pub snaps: bool,
     /// Functions along each axis, and cells of each.
     pub importance_resolution: u32,
     pub analysis: Analysis,
@@ -48,6 +50,7 @@ impl ShadowMethod for NonOrthogonalWarp {
         defaults.extend(Analysis::defaults("count"));
         defaults.extend([
             (Fit::NAME, Fit::default_value()),
+            (Cut::SNAP, Value::Bool(false)),
             ("importance_resolution", Value::Int(512)),
             ("smoothing", Value::None),
             ("exponent", Value::Float(2.0 / 3.0)),
@@ -59,10 +62,12 @@ impl ShadowMethod for NonOrthogonalWarp {
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let importance_resolution = parameters.take_resolution("importance_resolution")?;
         let smoothing = parameters.take_optional("smoothing")?;
+        let (fit, snaps) = Fit::take(parameters)?;
         Ok(Self {
             map: MapParameters::from_parameters(parameters)?,
             analysis: Analysis::from_parameters(parameters, FUNCTIONS)?,
-            fit: parameters.take_choice(Fit::NAME, Fit::CHOICES)?,
+            fit,
+            snaps,
             importance_resolution,
             fit_of_counts: CountFit {
                 smoothing: smoothing.unwrap_or(f64::from(importance_resolution) / 32.0),
@@ -76,7 +81,7 @@ impl ShadowMethod for NonOrthogonalWarp {
         let resolution = self.map.resolution;
         let functions = self.importance_resolution;
         let mut plans = Vec::new();
-        let layers = self.fit.fit(view, resolution)?;
+        let layers = self.fit.fit(view, self.snaps, resolution)?;
         let prepared = self.analysis.prepare(view, &self.map, &layers)?;
         let unit = self.analysis.count_unit(view.camera.pixel_count());
         // Counts are of receivers; shadow edges are seen from the light.
@@ -97,6 +102,8 @@ impl ShadowMethod for NonOrthogonalWarp {
                 };
                 let counts =
                     view.importance_map(&fitted, functions, counted, factors, Some(&warp))?;
+                let along_x = (axis == Axis::Y).then_some(&warp);
+                self.analysis.blend(view, &fitted, &counts, along_x)?;
                 let frame = view.frame();
                 warp.fit_counts(frame, axis, resolution, &counts.buffer, self.fit_of_counts)?;
                 importance.get_or_insert(counts);

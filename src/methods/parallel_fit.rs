@@ -56,18 +56,17 @@ pub fn bounds_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     )
 }
 
-/// The map whose sides are the box's, `resolution` texels each. `casters_near` is the least depth of
-/// a caster; nothing is stored behind the far side of the box. All in the projection space of `axes`.
+/// The map whose sides are the box's, `resolution` texels each; the box has a size, and room for rounding
+/// at its border. `casters_near` is the least depth of a caster; nothing is stored behind the far side of
+/// the box. All in the projection space of `axes`.
 pub fn fit_box(
     axes: &Projection,
     (low, high): (DVec3, DVec3),
     casters_near: f64,
     resolution: u32,
-    rounding: f64,
 ) -> Projection {
-    // Room for rounding at the border, and for a box without a width.
     let middle = 0.5 * (low + high);
-    let half = 0.5 * (high - low) + rounding;
+    let half = 0.5 * (high - low);
     let texels_per_unit = 0.5 * f64::from(resolution) / half;
     let origin =
         axes.origin + axes.x_axis * middle.x + axes.y_axis * middle.y + axes.z_axis * middle.z;
@@ -82,7 +81,7 @@ pub fn fit_box(
         homography: None,
         width: resolution,
         height: resolution,
-        near: casters_near.min(low.z) - middle.z - rounding,
+        near: casters_near.min(low.z) - middle.z,
         far: half.z,
         normalizes_depth: true,
     }

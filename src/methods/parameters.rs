@@ -19,6 +19,15 @@ pub enum Value {
     Array(Array),
     /// A matrix of 4 x 4, row by row.
     Matrix(Box<[f64; 16]>),
+    Maps(Arc<[OldMap]>),
+}
+
+/// What a layer of the frame before leaves to the next one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OldMap {
+    pub importance: Array,
+    /// (x, y, depth, w) from a point in the world, x and y from 0 to 1 in the map.
+    pub map_from_world: DMat4,
 }
 
 /// Numbers in rows.
@@ -33,7 +42,8 @@ impl std::fmt::Display for Value {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::None => write!(f, "None"),
-            Self::Bool(value) => write!(f, "{value}"),
+            Self::Bool(true) => write!(f, "True"),
+            Self::Bool(false) => write!(f, "False"),
             Self::Int(value) => write!(f, "{value}"),
             Self::Float(value) => write!(f, "{value}"),
             Self::Text(value) => write!(f, "{value:?}"),
@@ -41,6 +51,7 @@ impl std::fmt::Display for Value {
                 write!(f, "an array of shape ({}, {})", array.rows, array.columns)
             }
             Self::Matrix(value) => write!(f, "{value:?}"),
+            Self::Maps(maps) => write!(f, "{} layers", maps.len()),
         }
     }
 }
@@ -112,6 +123,16 @@ impl Parameters {
         self.take_resolution(name).map(Some)
     }
 
+    /// True or false.
+    pub fn take_flag(&mut self, name: &str) -> Result<bool> {
+        match self.take(name) {
+            Value::Bool(value) => Ok(value),
+            value => Err(Error::Value(format!(
+                "{name} must be True or False, got {value}"
+            ))),
+        }
+    }
+
     /// A number that is finite and not negative.
     pub fn take_non_negative(&mut self, name: &str) -> Result<f64> {
         let value = self.take(name);
@@ -178,6 +199,27 @@ impl Parameters {
             value => Err(Error::Value(format!(
                 "{name} must be a finite matrix of 4 x 4 or None, got {value}"
             ))),
+        }
+    }
+
+    /// The layers of the frame before; none where there was no frame.
+    pub fn take_maps(&mut self, name: &str) -> Result<Arc<[OldMap]>> {
+        match self.take(name) {
+            Value::None => Ok(Arc::new([])),
+            Value::Maps(maps) => {
+                let is_whole = |map: &OldMap| {
+                    let importance = &map.importance.values;
+                    !importance.is_empty()
+                        && importance.iter().all(|&w| w.is_finite() && w >= 0.0)
+                        && map.map_from_world.is_finite()
+                };
+                ensure_value!(
+                    maps.iter().all(is_whole),
+                    "{name} must have finite matrices and importance that is finite and not negative"
+                );
+                Ok(maps)
+            }
+            value => Err(Error::Value(format!("{name} must be a frame, got {value}"))),
         }
     }
 

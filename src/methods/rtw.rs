@@ -7,12 +7,12 @@
 //! backward and hybrid analysis (section 4.1), the functions of section 5, warp maps of section 4.2, Eq. 1.
 //! Rasterization is exact here, not with the straight edges of section 6.1.
 //!
-//! Parameters: those of every map and of the analysis (importance.rs), and `analysis`, `fit`,
+//! Parameters: those of every map and of the analysis (importance.rs), and `analysis`, `fit`, `snap`,
 //! `importance_resolution`, `blur`.
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
-use super::fit::Fit;
+use super::fit::{Cut, Fit};
 use super::importance::{Analysis, DIRECTIONS, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
@@ -31,6 +31,8 @@ const FUNCTIONS: &[&str] = &[
 pub struct RectilinearWarp {
     pub map: MapParameters,
     pub fit: Fit,
+    /// Whether texels hold still while the receivers move, before they are warped.
+    pub snaps: bool,
     pub analysis: Analysis,
     pub direction: Direction,
     /// Cells along each side of the importance map.
@@ -51,6 +53,7 @@ impl ShadowMethod for RectilinearWarp {
         defaults.extend([
             ("analysis", Value::Text("backward".to_string())),
             (Fit::NAME, Fit::default_value()),
+            (Cut::SNAP, Value::Bool(false)),
             ("importance_resolution", Value::Int(512)),
             ("blur", Value::Float(3.0)),
         ]);
@@ -58,9 +61,11 @@ impl ShadowMethod for RectilinearWarp {
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        let (fit, snaps) = Fit::take(parameters)?;
         let method = Self {
             map: MapParameters::from_parameters(parameters)?,
-            fit: parameters.take_choice(Fit::NAME, Fit::CHOICES)?,
+            fit,
+            snaps,
             analysis: Analysis::from_parameters(parameters, FUNCTIONS)?,
             direction: parameters.take_choice("analysis", DIRECTIONS)?,
             importance_resolution: parameters.take_resolution("importance_resolution")?,
@@ -96,7 +101,7 @@ impl ShadowMethod for RectilinearWarp {
         let resolution = self.map.resolution;
         let cells = self.importance_resolution;
         let mut plans = Vec::new();
-        let layers = self.fit.fit(view, resolution)?;
+        let layers = self.fit.fit(view, self.snaps, resolution)?;
         let prepared = self.analysis.prepare(view, &self.map, &layers)?;
         for fitted in layers {
             let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
@@ -108,6 +113,7 @@ impl ShadowMethod for RectilinearWarp {
                 }
                 _ => view.importance_map(&fitted, cells, Importance::Maximum, factors, None)?,
             };
+            self.analysis.blend(view, &fitted, &importance, None)?;
             let frame = view.frame();
             for axis in [Axis::X, Axis::Y] {
                 warp.fit_maxima(frame, axis, resolution, &importance.buffer, self.blur)?;

@@ -4,7 +4,7 @@
 //!
 //! Lance Williams. Casting curved shadows on curved surfaces. SIGGRAPH 1978.
 //!
-//! Parameters: those of every map, and `cut`: `receivers` or `cone`.
+//! Parameters: those of every map, and `cut`: `receivers` or `cone`, and `snap`.
 //!
 //! Limits: texels are spread evenly over the plane, not over what the camera sees.
 
@@ -29,13 +29,14 @@ impl ShadowMethod for Spot {
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
         defaults.push((Cut::NAME, Value::Text("receivers".to_string())));
+        defaults.push((Cut::SNAP, Value::Bool(false)));
         defaults
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let map = MapParameters::from_parameters(parameters)?;
-        let cut = parameters.take_choice(
-            Cut::NAME,
+        let cut = Cut::take(
+            parameters,
             &[("receivers", Cut::Receivers), ("cone", Cut::Whole)],
         )?;
         Ok(Self { map, cut })

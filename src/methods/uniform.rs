@@ -94,5 +94,6 @@ pub fn fit_uniform(scene: &Scene, eye: DVec3, direction: DVec3, resolution: u32)
             |a, b| (a.0.min(b.0), a.1.max(b.1)),
         );
     let rounding = f64::from(f32::EPSILON) * ((high - low).length() + (eye - axes.origin).length());
-    fit_box(&axes, bounds, bounds.0.z, resolution, rounding)
+    let (low, high) = (bounds.0 - rounding, bounds.1 + rounding);
+    fit_box(&axes, (low, high), low.z, resolution)
 }
