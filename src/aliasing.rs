@@ -55,6 +55,73 @@ pub fn aliasing_error(
         .collect()
 }
 
+/// Steps of the grid over the view frustum: pixels along each axis, and depths.
+const FRUSTUM_STEPS: u32 = 32;
+
+/// The largest perspective aliasing error over the view frustum: the longer side of the light's texel over
+/// the width of the pixel, both across their beams, wherever a surface might be, however it might be turned.
+/// The frustum ends at the nearest and the farthest surface that is seen; what no layer covers is left out.
+/// Infinite where a warp leaves a place no texels, NaN where nothing is seen or no layer is there.
+///
+/// D. Brandon Lloyd, David Tuft, Sung-eui Yoon, Dinesh Manocha. Warping and partitioning for low error
+/// shadow maps. EGSR 2006, section 3, on a grid of points.
+pub fn largest_aliasing_error(
+    scene: &Scene,
+    camera: &Camera,
+    layers: &[RenderedLayer],
+    triangle_id: &[i32],
+) -> f64 {
+    let (_, _, depths) = surface(scene, camera, triangle_id);
+    let seen = || depths.iter().filter(|depth| depth.is_finite());
+    let near = seen().fold(f64::INFINITY, |least, &depth| least.min(depth));
+    let far = seen().fold(0.0, |most: f64, &depth| most.max(depth));
+    let image = Projection::from_camera(camera);
+    let image_steps = image.steps();
+    let share = |i: u32| (f64::from(i) + 0.5) / f64::from(FRUSTUM_STEPS);
+    let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+    let errors = (0..FRUSTUM_STEPS.pow(3)).into_par_iter().map(|i| {
+        let (column, rest) = (i % FRUSTUM_STEPS, i / FRUSTUM_STEPS);
+        let (row, slice) = (rest % FRUSTUM_STEPS, rest / FRUSTUM_STEPS);
+        let depth = near * (far / near).powf(f64::from(slice) / f64::from(FRUSTUM_STEPS - 1));
+        let (eye, ray) = image.ray_from_texel(size * DVec2::new(share(column), share(row)));
+        let point = eye + ray * depth;
+        let width_of_pixel = image.texel_area(&image_steps, point).sqrt();
+        let mut own = layers
+            .iter()
+            .filter(|layer| layer.fitted.region.contains(point));
+        let sides = own.next().and_then(|layer| sides_of_texel(layer, point));
+        sides.map_or(f64::NAN, |sides| sides.max_element() / width_of_pixel)
+    });
+    errors.reduce(|| f64::NAN, f64::max)
+}
+
+/// Lengths of the sides of the texel that a point falls in, across its beam; `None` off the map.
+fn sides_of_texel(layer: &RenderedLayer, point: DVec3) -> Option<DVec2> {
+    let map = &layer.fitted.projection;
+    let there = map.texel_from_point(point);
+    let (texel, depth) = (there.truncate(), there.z);
+    let size = DVec2::new(f64::from(map.width), f64::from(map.height));
+    let is_inside = texel.cmpge(DVec2::ZERO).all() && texel.cmple(size).all();
+    if !is_inside || (map.kind != Kind::Parallel && depth <= 0.0) {
+        return None;
+    }
+    let warp = layer.warp.as_ref();
+    let scale = warp.map_or(DVec2::ONE, |warp| warp.scale(texel / size));
+    let beam = map.ray_from_texel(texel).1.normalize();
+    let side = |step: DVec2| {
+        let ends = [texel - 0.5 * STEP * step, texel + 0.5 * STEP * step].map(|end| {
+            let (start, ray) = map.ray_from_texel(end);
+            start + ray * depth
+        });
+        let along = (ends[1] - ends[0]) / STEP;
+        (along - beam * along.dot(beam)).length()
+    };
+    Some(DVec2::new(side(DVec2::X), side(DVec2::Y)) / scale)
+}
+
+/// Of a texel: what its sides are measured over.
+const STEP: f64 = 1e-3;
+
 /// Rosen's maximum effective resolution, (width, height): the size that a uniform map would need to match
 /// the smallest texel of this one (Rosen, "Rectilinear texture warping", 2012, section 6): over the
 /// casters' box for parallel rays, over a face of a cube around the light for others. The greatest of

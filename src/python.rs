@@ -375,25 +375,33 @@ fn render<'py>(
     let method = Method::new(method, parameters)?;
     let asks_for = |name: &str| outputs.iter().any(|output| output == name);
     let asks_for_aliasing = asks_for("aliasing_error");
+    let asks_for_largest = asks_for("largest_aliasing_error");
     let wanted = Outputs {
-        triangle_id: asks_for("triangle_id") || asks_for_aliasing,
+        triangle_id: asks_for("triangle_id") || asks_for_aliasing || asks_for_largest,
         shadow_map: asks_for("shadow_map"),
         importance_map: asks_for("importance_map"),
-        warp_map: asks_for("warp_map") || asks_for_aliasing || asks_for("max_effective_resolution"),
+        warp_map: asks_for("warp_map")
+            || asks_for_aliasing
+            || asks_for_largest
+            || asks_for("max_effective_resolution"),
     };
     let (camera, light) = (&camera.0, &light.0);
-    let (rendered, aliasing_error, effective_resolution) = py.detach(|| {
-        let cache = &scene.cache;
-        let scene = scene.read();
-        let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
-        let layers = &rendered.layers;
-        let aliasing_error = asks_for_aliasing.then(|| {
-            aliasing::aliasing_error(&scene, camera, light, layers, &rendered.triangle_id)
-        });
-        let effective_resolution = asks_for("max_effective_resolution")
-            .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
-        Ok::<_, Error>((rendered, aliasing_error, effective_resolution))
-    })?;
+    let (rendered, aliasing_error, largest_aliasing_error, effective_resolution) =
+        py.detach(|| {
+            let cache = &scene.cache;
+            let scene = scene.read();
+            let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
+            let layers = &rendered.layers;
+            let aliasing_error = asks_for_aliasing.then(|| {
+                aliasing::aliasing_error(&scene, camera, light, layers, &rendered.triangle_id)
+            });
+            let largest = asks_for_largest.then(|| {
+                aliasing::largest_aliasing_error(&scene, camera, layers, &rendered.triangle_id)
+            });
+            let effective_resolution = asks_for("max_effective_resolution")
+                .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
+            Ok::<_, Error>((rendered, aliasing_error, largest, effective_resolution))
+        })?;
 
     let result = PyDict::new(py);
     let shape = (camera.height as usize, camera.width as usize);
@@ -410,6 +418,9 @@ fn render<'py>(
     result.set_item("visibility", image(py, shape, visibility))?;
     if let Some(aliasing_error) = aliasing_error {
         result.set_item("aliasing_error", image(py, shape, aliasing_error))?;
+    }
+    if let Some(error) = largest_aliasing_error {
+        result.set_item("largest_aliasing_error", error)?;
     }
     if let Some(resolution) = effective_resolution {
         result.set_item("max_effective_resolution", (resolution.x, resolution.y))?;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -218,6 +219,70 @@ def test_aliasing_error_of_a_plane():
     expected = np.sqrt(texel_area / pixel_area) * cos_i / cos_l
     assert np.allclose(frame.aliasing_error[rows, columns], expected, rtol=1e-3)
     assert np.isnan(frame.aliasing_error[~frame.covered]).all()
+
+
+@pytest.mark.parametrize("method", ["uniform", "desired_view", "psm", "lispsm"])
+def test_largest_aliasing_error_of_a_frustum(view, method):
+    """From the matrices alone: a texel's sides by unprojecting its neighbours at the point's depth,
+    a pixel's width by the area of its beam."""
+    scene, camera, light = view
+    frame = lx.render(
+        scene, camera, light, dataclasses.replace(lx.method_from(method), resolution=300)
+    )
+    matrix = frame.light_matrix[0]
+    inverse = np.linalg.inv(matrix)
+    near, far = np.nanmin(frame.depth), np.nanmax(frame.depth)
+    share = (np.arange(32) + 0.5) / 32
+    depth, y, x = np.meshgrid(
+        near * (far / near) ** (np.arange(32) / 31),
+        (share * camera.height - camera.centre[1]) / camera.focal[1],
+        (share * camera.width - camera.centre[0]) / camera.focal[0],
+        indexing="ij",
+    )
+    rays = np.stack([x, -y, -np.ones_like(x)], axis=-1) @ camera.pose[:3, :3].T
+    points = camera.eye + depth[..., None] * rays
+    # The plane of pixels at that depth, seen at an angle.
+    pixel = depth / np.sqrt(np.prod(camera.focal) * np.linalg.norm(rays, axis=-1))
+    column, row, stored, w = np.moveaxis(points @ matrix[:, :3].T + matrix[:, 3], -1, 0)
+    column, row = column / w, row / w
+    inside = (w > 0) & (column >= 0) & (column <= 300) & (row >= 0) & (row <= 300)
+    assert inside.sum() > 1000
+
+    def world(column, row):
+        place = column[..., None] * inverse[:, 0] + row[..., None] * inverse[:, 1] + inverse[:, 3]
+        at_depth = stored[..., None] * inverse[:, 2]
+        weight = (1.0 - at_depth[..., 3]) / place[..., 3]
+        return (weight[..., None] * place + at_depth)[..., :3]
+
+    def side(dx, dy):
+        h = 1e-3
+        along = world(column + dx * h, row + dy * h) - world(column - dx * h, row - dy * h)
+        across = along - (along @ light.direction)[..., None] * light.direction
+        return np.linalg.norm(across, axis=-1) / (2 * h)
+
+    expected = (np.maximum(side(1, 0), side(0, 1)) / pixel)[inside].max()
+    assert frame.largest_aliasing_error == pytest.approx(expected, rel=1e-3)
+
+
+def test_largest_aliasing_error_of_what_is_not_there(view):
+    scene, camera, light = view
+    assert np.isnan(lx.render(scene, camera, light, "exact").largest_aliasing_error)
+    away = camera.posed(np.diag([1.0, -1.0, -1.0, 1.0]) @ camera.pose)
+    assert np.isnan(lx.render(scene, away, light, "desired_view").largest_aliasing_error)
+    # A culled cell has no texels.
+    assert lx.render(scene, camera, light, "rtw").largest_aliasing_error > 1.0
+
+
+def test_a_perspective_across_the_light_has_a_smaller_largest_error():
+    """What it is for: the light from above, the view along the ground."""
+    scene = lx.scenes.objects_on_floor(count=25, subdivisions=1)
+    camera = lx.Camera.look_at((0, 1.2, 9), (0, 0.8, 0), yfov=0.9, width=WIDTH, height=HEIGHT)
+    light = lx.DirectionalLight((0.05, -1.0, 0.02))
+    focused, warped = (
+        lx.render(scene, camera, light, method).largest_aliasing_error
+        for method in ("focused", "lispsm")
+    )
+    assert warped < 0.8 * focused
 
 
 # --- No acne, no gap ---

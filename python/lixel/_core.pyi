@@ -121,7 +121,8 @@ def render(
     `shadow_map` (layers, h, w) float32, depth in [0, 1], 1 where empty; `light_matrix`
     (layers, 4, 4) float64, before any warp, (column, row, depth, w) in texels from world;
     `importance_map` (layers, h, w) float32; `warp_map` (layers, 2, functions, cells + 1) float32;
-    `aliasing_error` (H, W) float32; `max_effective_resolution` (width, height) floats.
+    `aliasing_error` (H, W) float32; `largest_aliasing_error` float; `max_effective_resolution`
+    (width, height) floats.
     Always there: `timings` (dict, ms), `stats` (dict), `adapter` (dict).
     """
 

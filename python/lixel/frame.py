@@ -28,6 +28,7 @@ _OUTPUTS = (
     "shadow_map",
     "light_matrix",
     "aliasing_error",
+    "largest_aliasing_error",
     "max_effective_resolution",
 )
 
@@ -60,6 +61,12 @@ class Frame(Receivers):
     aliasing_error : (H, W) float32
         The papers' m = w'_l / w'_i: the width of a texel over that of the pixel it falls in; above
         1 shadow edges turn into stairs. NaN where no surface is seen.
+    largest_aliasing_error : float
+        The largest perspective aliasing error over the view frustum, between the nearest and the
+        farthest surface (Lloyd et al. 2006): the longer side of a texel over the width of a pixel,
+        across their beams, wherever a surface might be and however turned, on a grid of 32 x 32
+        pixels and 32 depths. What no layer covers is left out. Infinite where a warp leaves a place
+        no texels, NaN where nothing is seen or a method has no layers.
     max_effective_resolution : (2,) float
         Rosen's MER, (width, height) in texels: the size of a uniform map with the detail that this
         one has where it has most.
@@ -77,6 +84,7 @@ class Frame(Receivers):
     shadow_map: npt.NDArray[np.float32]
     light_matrix: npt.NDArray[np.float64]
     aliasing_error: npt.NDArray[np.float32]
+    largest_aliasing_error: float
     max_effective_resolution: tuple[float, float]
     timings: dict[str, float]
     stats: dict[str, Any]

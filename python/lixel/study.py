@@ -115,6 +115,7 @@ def study(
         - The numbers of `Comparison.as_dict`: ``misclassified_count``, ``false_lit_count``,
           ``false_shadow_count``, rates, ``ssim``, ``edge_displacement_mean`` and ``_p95`` in
           pixels, and others.
+        - ``aliasing_largest``: `Frame.largest_aliasing_error`.
         - ``aliasing_median``, ``aliasing_p95``: of `Frame.aliasing_error` over the pixels that face
           the light; ``aliasing_above_1``: the share of them where a texel is wider than the pixel.
         - ``map_bytes``: shadow map (depth and triangle) and warp map. ``stats.NAME``: counters.
@@ -570,6 +571,7 @@ def _judge(case: _Case, scene: Scene) -> Record:
     aliasing = frame.aliasing_error[truth.facing]
     return {
         **compare(frame, truth).as_dict(),
+        "aliasing_largest": frame.largest_aliasing_error,
         **_aliasing(aliasing[~np.isnan(aliasing)]),
         # The core stores depth and triangle of a texel in 64 bits.
         "map_bytes": 8 * frame.shadow_map.size + frame.warp_map.nbytes,
