@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lixel import scenes
+import lixel as lx
+from lixel import papers, scenes
 from lixel.paper_tables import chong_gortler
 
 
@@ -24,15 +25,68 @@ def test_percentages_and_the_worst_tenth():
     assert rows[0]["wrong pixels"] == 210
     assert rows[0]["% more"] == 0.0
     assert rows[1]["% more"] == pytest.approx(200.0)
-    assert rows[1]["paper, % more"] == 186.60
     assert rows[0]["mean of the worst tenth"] == 19.5
 
 
-def test_the_command_prints_a_row_for_each_method(monkeypatch, capsys):
-    small = scenes.objects_on_floor(count=9, subdivisions=1)
-    monkeypatch.setattr(chong_gortler, "objects_on_floor", lambda **_: small)
-    chong_gortler.main(["--quick", "--lights", "1"])
+def test_rows_are_laid_out_as_in_the_paper():
+    """Each row's lights are the worst of its own method."""
+    names = list(chong_gortler.methods(64))
+    wrong = np.full((len(names), 20), 10.0)
+    wrong[names.index("uniform"), 5:7] = 100.0
+    wrong[names.index("lispsm, frustum")] = 15.0
+    rows = chong_gortler.layout(names, wrong)
+    assert [row["fits"] for row in rows] == ["the paper's"] * 6 + ["the best"] * 6
+    assert rows[0]["normal"] == "19, +90 % (+187 %)"
+    assert rows[0]["lispsm"] == "15, +50 % (+55 %)"
+    assert rows[6]["lispsm"] == "10, +0 % (+55 %)"
+    assert rows[5]["lights"] == "worst tenth of normal"
+    assert rows[5]["normal"] == "100, +900 % (+379 %)"
+    assert rows[5]["optimal"] == "10, +0 % (+0 %)"
+
+
+@pytest.fixture
+def small(monkeypatch):
+    scene = scenes.objects_on_floor(count=9, subdivisions=1)
+    monkeypatch.setattr(chong_gortler, "objects_on_floor", lambda **_: scene)
+    return scene
+
+
+def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp_path, monkeypatch):
+    chong_gortler.main(["--quick", "--lights", "2", "-o", str(tmp_path)])
     printed = capsys.readouterr().out
     for name in chong_gortler.methods(200):
         assert name in printed
-    assert set(chong_gortler.PAPER) < set(chong_gortler.methods(200))
+    for fits in chong_gortler.FITS.values():
+        assert set(fits) < set(chong_gortler.methods(200))
+    path = tmp_path / "chong-1.csv"
+    whole = path.read_text()
+    assert len(whole.splitlines()) == 1 + 2 * len(chong_gortler.methods(200))
+    # The second light is lost and measured again, the first is not.
+    lines = whole.splitlines(keepends=True)
+    path.write_text("".join(lines[: 1 + len(chong_gortler.methods(200))]))
+    truths = []
+
+    def reference(*view):
+        truths.append(view)
+        return lx.reference(*view)
+
+    monkeypatch.setattr(chong_gortler, "reference", reference)
+    chong_gortler.main(["--quick", "--lights", "2", "-o", str(tmp_path)])
+    assert len(truths) == 1
+    assert path.read_text() == whole
+    assert capsys.readouterr().out == printed
+
+
+def test_times_stand_beside_the_papers(small, capsys, tmp_path, monkeypatch):
+    one = {(2, 500): chong_gortler.PAPER_FPS[2, 500]}
+    monkeypatch.setattr(chong_gortler, "PAPER_FPS", one)
+    found = papers.run(["chong-2", "chong-3"], quick=True, folder=tmp_path)
+    (row,) = found["chong-2"]
+    assert (row["lights"], row["map"]) == (2, 250)
+    assert row["optimal, ms"] > 0
+    assert row["optimal / focused"].endswith("(1.13)")
+    optimal, normal = found["chong-3"]
+    assert 0 < optimal["optimization, ms"] < optimal["whole, ms"]
+    assert normal["paper, %"] == 0.4
+    assert "optimization, %" in capsys.readouterr().out
+    assert {path.name for path in tmp_path.iterdir()} == {"chong-2.csv", "chong-3.csv"}

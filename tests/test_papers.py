@@ -25,7 +25,7 @@ def with_tables(monkeypatch):
     return use
 
 
-@pytest.mark.parametrize("each", papers.TABLES, ids=papers.NAMES)
+@pytest.mark.parametrize("each", papers.TABLES, ids=lambda each: each.name)
 def test_tables_are_whole(each):
     columns = each.stages or each.scenes
     assert each.base in {row.name for row in each.rows}

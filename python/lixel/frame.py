@@ -150,7 +150,7 @@ class Frame(Receivers):
 def render_shadows(
     scene: Scene,
     camera: Camera,
-    light: Light | list[Light] | tuple[Light, ...],
+    light: Light | Sequence[Light],
     method: str | Method = "auto",
     *,
     max_error: float | None = None,

@@ -23,6 +23,7 @@ from .arguments import needs
 from .camera import Camera
 from .light import Light, PointLight
 from .methods import Method, method_from
+from .paper_tables import chong_gortler
 from .report import say, table
 from .scenes import GENERATORS
 from .study import save, study
@@ -96,6 +97,7 @@ class Table:
 ROSEN = "P. Rosen, I3D 2012"
 MILET = "T. Milet, J. Navrátil, P. Zemčík, WSCG 2015"
 THESIS = "J. Navrátil, doctoral thesis"
+CHONG = "H. Y. Chong, S. J. Gortler, Harvard TR-07-07"
 VANEK = "J. Vaněk, J. Navrátil, A. Herout, P. Zemčík, ISVC 2011"
 
 _PLAYGROUND = Stand("objects_on_floor", {"count": 160})
@@ -339,7 +341,7 @@ TABLES = (
     ),
 )
 
-NAMES = tuple(each.name for each in TABLES)
+NAMES = (*(each.name for each in TABLES), *chong_gortler.EXPERIMENTS)
 
 
 def run(
@@ -350,7 +352,7 @@ def run(
     Parameters
     ----------
     names : sequence of str
-        Names of `TABLES`; empty: all.
+        Of `NAMES`; empty: all.
     quick : bool
         Images and maps of half the size on each side, two cameras on a path and three frames each.
     folder : path, optional
@@ -369,12 +371,19 @@ def run(
         An unknown name.
     """
     needs("pandas", "study")
-    known = dict(zip(NAMES, TABLES, strict=True))
+    known = {each.name: each for each in TABLES}
     for name in names:
-        if name not in known:
-            raise ValueError(f"table must be one of {', '.join(known)}, got {name!r}")
+        if name not in NAMES:
+            raise ValueError(f"table must be one of {', '.join(NAMES)}, got {name!r}")
     found = {}
-    for name in names or known:
+    for name in names or NAMES:
+        if name in chong_gortler.EXPERIMENTS:
+            title, measure = chong_gortler.EXPERIMENTS[name]
+            say(f"{name}: {CHONG}")
+            found[name] = measure(quick, folder)
+            print(f"\n{title} ({CHONG})")
+            chong_gortler.say_rows(found[name])
+            continue
         chosen = known[name]
         if quick:
             chosen = dataclasses.replace(
