@@ -65,7 +65,8 @@ def time_against_error(
     by : str or sequence of str
         Columns whose values make a series.
     label : str or None
-        Column that is written beside the points; None: nothing.
+        Column that is written beside the points, those of the front alone where there are more than
+        six series; None: nothing.
 
     Returns
     -------
@@ -77,6 +78,7 @@ def time_against_error(
         A column that is not there, or a table of several views.
     """
     table = _one_view(table, time, error, *_listed(by), *_listed(label))
+    is_crowded = len(table[_listed(by)].drop_duplicates()) > _FEW
     ax = _axes(ax)
     ax.set_xscale("log")
     _scale_errors(ax, table[error])
@@ -95,14 +97,21 @@ def time_against_error(
         if label is not None:
             # A method without a map has no resolution.
             named = rows.dropna(subset=[label])
+            if is_crowded:
+                named = named[named.index.isin(front.index)]
             for x, y, text in zip(named[time], named[error], named[label], strict=True):
                 ax.annotate(
                     f"{text:g}" if isinstance(text, (int, float)) else str(text), (x, y),
                     xytext=(5, 4), textcoords="offset points", fontsize="x-small", color="0.25",
                 )  # fmt: skip
     _finish(ax, time, error)
-    ax.legend(fontsize="small")
+    ax.legend(fontsize="small", **(_BESIDE if is_crowded else {}))
     return ax
+
+
+# Series that a legend and labels leave room for inside the axes.
+_FEW = 6
+_BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
 
 
 def time_against_error_by_view(table: pandas.DataFrame, **options: Any) -> list[Axes]:
