@@ -13,6 +13,23 @@ override fine_shift: u32 = 4u;
 // Texels that a lane walks before it looks for its next item.
 override chunk: u32 = 8u;
 
+// 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
+@group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
+override has_receiver_tiles: bool = false;
+
+// Whether a receiver looks at a tile of the bound; one of more than 2 x 2 tiles is not asked about.
+fn is_looked_at(projection: Projection, bound: Bound) -> bool {
+    if !has_receiver_tiles {
+        return true;
+    }
+    let first = vec2<u32>(bound.first) >> vec2<u32>(fine_shift);
+    let last = vec2<u32>(bound.last) >> vec2<u32>(fine_shift);
+    let columns = (projection.size.x + (1u << fine_shift) - 1u) >> fine_shift;
+    let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
+        | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
+    return marks != 0u || any(last - first > vec2<u32>(1u));
+}
+
 // The part of an item is a tile, x and y in 16 bits each; WHOLE stands for the whole triangle.
 const WHOLE: u32 = 0xffffffffu;
 
@@ -80,7 +97,11 @@ fn bin(
         } else if min(size.x, size.y) <= 0 {
             outside += 1u;
         } else if max(size.x, size.y) <= i32(small_area) && size.x * size.y <= i32(small_area) {
-            append_item(id, WHOLE);
+            if is_looked_at(projection, bound) {
+                append_item(id, WHOLE);
+            } else {
+                outside += 1u;
+            }
         } else {
             let first = bound.first >> vec2<u32>(job.coarse_shift);
             let last = bound.last >> vec2<u32>(job.coarse_shift);
@@ -121,7 +142,8 @@ fn split(
     var tile = first;
     while tile.y <= last.y {
         let name = name_of_tile(tile);
-        if may_cover(projection, warp, triangle, bound_of_tile(bound, name, 1 << fine_shift)) {
+        let part = bound_of_tile(bound, name, 1 << fine_shift);
+        if is_looked_at(projection, part) && may_cover(projection, warp, triangle, part) {
             append_item(item.triangle, name);
         }
         tile.x += 1;

@@ -172,7 +172,14 @@ fn try_render(
             (rasterized.texels, Some(rasterized.counters))
         }
     };
-    let mut view = View::new(frame, inputs, scene, light, &visibility_buffer);
+    let mut view = View::new(
+        frame,
+        inputs,
+        scene,
+        light,
+        &visibility_buffer,
+        outputs.shadow_map,
+    );
     if let Some(counters) = counters {
         view.keep_counters(visibility::LABEL, counters);
     }

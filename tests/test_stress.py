@@ -79,6 +79,7 @@ def test_what_is_skipped_changes_no_pixel():
     # And something is skipped, of each kind.
     assert (table["culled_by_depth"] > 0).any()
     assert (table["skipped_layers"] > 0).any()
+    assert (table["items"] < 0.9 * table["whole_items"]).any()
     assert (table["settled"] > 0).any()
     assert table["skipped"].str.contains("visibility").all()
     assert table["skipped"].str.contains("hierarchy").any()

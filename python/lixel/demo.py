@@ -9,7 +9,7 @@ from typing import Any
 from . import display, scenes
 from .camera import Camera
 from .compare import compare
-from .frame import render
+from .frame import render, render_outputs
 from .light import Light, PointLight
 from .methods import METHODS, Method, method_from
 from .reference import reference
@@ -79,25 +79,29 @@ def judge(
     """
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
+
+    def shadows(seen_by: Camera, method: Method) -> dict[str, Any]:
+        # As `render_shadows`: nothing is drawn that the picture does not need.
+        return render_outputs(scene, seen_by, light, method, ("visibility",))[1]
+
     # In small first: pipelines are compiled on first use, and a machine without a GPU says so
     # before the reference takes its time.
     for method in methods:
-        render(scene, camera.resized(64, 64), light, method)
-    first = render(scene, camera, light, methods[0])
-    frames = [render(scene, camera, light, m) for m in progress(methods, "render")]
+        shadows(camera.resized(64, 64), method)
+    first = shadows(camera, methods[0])["timings"]
+    frames = [shadows(camera, method) for method in progress(methods, "render")]
     # What depends on the camera alone ran only once, and counts for every frame.
-    again = frames[0].timings
-    shared = {name: ms for name, ms in first.timings.items() if name not in again}
+    shared = {name: ms for name, ms in first.items() if name not in frames[0]["timings"]}
     say("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
     rows = []
-    for frame in frames:
-        name, resolution = frame.method.spelling, frame.method.map_resolution
-        timings = {**shared, **frame.timings}
-        judged = compare(frame, truth)
+    for method, frame in zip(methods, frames, strict=True):
+        name, resolution = method.spelling, method.map_resolution
+        timings = {**shared, **frame["timings"]}
+        judged = compare(frame["visibility"], truth)
         if folder is not None:
             size = "" if resolution is None else f"-{resolution}"
-            display.save(folder / f"{name}{size}.png", judged.picture(), frame.visibility)
+            display.save(folder / f"{name}{size}.png", judged.picture(), frame["visibility"])
         rows.append(
             {
                 "method": name,

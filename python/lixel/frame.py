@@ -55,7 +55,8 @@ class Frame(Receivers):
         columns: values in [0, 1] at the boundaries of cells, linear in between. No layers where a
         method has none.
     shadow_map : (layers, h, w) float32
-        Depth from the light in [0, 1], 1 where empty.
+        Depth from the light in [0, 1], 1 where empty. It is whole here; `render_shadows` draws only
+        what receivers look at.
     light_matrix : (layers, 4, 4) float64
         (column, row, depth, w) in texels of the map, before any warp, from a point in world space.
     aliasing_error : (H, W) float32

@@ -29,7 +29,7 @@ import numpy.typing as npt
 from . import scenes
 from .arguments import needs
 from .camera import Camera
-from .frame import Frame, render
+from .frame import Frame, render, render_outputs
 from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
 from .reference import Reference, reference
@@ -697,6 +697,8 @@ def skips(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
     -------
     pandas.DataFrame
         view, method; `rasterized`, `culled_outside` and `culled_by_depth` triangles of all layers;
+        `items` of work, small triangles and tiles of large ones, and `whole_items` with nothing
+        left out;
         `layers` and `skipped_layers`; the `skipped` stages; `settled` receivers, which `exact` need
         not list; `gpu_ms`, and `whole_ms` with nothing left out; whether the pictures are the
         `same`.
@@ -709,11 +711,13 @@ def skips(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
     for case in progress(views, "views"):
         for method in methods_for(case, names):
             view = _view(case.make)
-            render(*view, method)
-            frames = [render(*view, method) for _ in range(repeats)]
+            # A map that nobody wants to see is not drawn whole.
+            outputs = ("visibility",)
+            render_outputs(*view, method, outputs)
+            frames = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
             os.environ[SKIP_NOTHING] = "1"
             try:
-                whole = [render(*view, method) for _ in range(repeats)]
+                whole = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
             finally:
                 del os.environ[SKIP_NOTHING]
             rows.append({"view": case.name, "method": method.name, **_skipped(frames, whole)})
@@ -728,20 +732,24 @@ def _lit_from_below() -> View:
     return scene, camera, DirectionalLight((0.1, 1.0, 0.2))
 
 
-def _skipped(frames: list[Frame], whole: list[Frame]) -> dict[str, Any]:
-    stats, map_stats = frames[-1].stats, frames[-1].stats.get("shadow map", {})
-    listed = [f.stats.get("receiver lists", {}).get("receivers") for f in (frames[-1], whole[-1])]
+def _skipped(frames: list[dict[str, Any]], whole: list[dict[str, Any]]) -> dict[str, Any]:
+    stats = frames[-1]["stats"]
+    map_stats, whole_map = (f["stats"].get("shadow map", {}) for f in (frames[-1], whole[-1]))
+    lists = (f["stats"].get("receiver lists", {}) for f in (frames[-1], whole[-1]))
+    listed = [of_frame.get("receivers") for of_frame in lists]
     return {
         "rasterized": map_stats.get("rasterized"),
         "culled_outside": map_stats.get("culled_outside"),
         "culled_by_depth": map_stats.get("culled_by_depth"),
+        "items": map_stats.get("work_items"),
+        "whole_items": whole_map.get("work_items"),
         "layers": stats["layers"],
         "skipped_layers": stats["skipped_layers"],
         "skipped": ", ".join(stats["skipped"]),
         "settled": None if None in listed else listed[1] - listed[0],
-        "gpu_ms": min(sum(frame.timings.values()) for frame in frames),
-        "whole_ms": min(sum(frame.timings.values()) for frame in whole),
-        "same": frames[-1].visibility.tobytes() == whole[-1].visibility.tobytes(),
+        "gpu_ms": min(sum(frame["timings"].values()) for frame in frames),
+        "whole_ms": min(sum(frame["timings"].values()) for frame in whole),
+        "same": frames[-1]["visibility"].tobytes() == whole[-1]["visibility"].tobytes(),
     }
 
 

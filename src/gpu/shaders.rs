@@ -53,6 +53,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("rasterize_bands"),
     file!("outline"),
     file!("receiver_lists"),
+    file!("receiver_tiles"),
     file!("receivers"),
     file!("shadow_edge"),
     file!("shadow_rays"),

@@ -5,13 +5,14 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::frame::{Frame, Read, ReadResults, Source};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::skips;
 use crate::light::Light;
 use crate::passes::boundary::{self, BoundaryWeights};
 use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
 use crate::passes::light_grid::LightGrid;
 use crate::passes::lookup::{self, Comparison, Looked};
 use crate::passes::outline::{self, Points};
-use crate::passes::rasterize::{Rasterization, Target};
+use crate::passes::rasterize::{Drawn, Rasterization, Target};
 use crate::passes::receiver_lists::RECEIVER_BYTES;
 use crate::passes::receivers::{self, Bounds};
 use crate::passes::shadow_edge::EdgeBias;
@@ -19,7 +20,7 @@ use crate::passes::warp_map::WarpMap;
 use crate::passes::work_items::Counters;
 use crate::passes::{
     Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, receiver_lists,
-    samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes, visibility,
+    receiver_tiles, samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes, visibility,
 };
 use crate::projection::Projection;
 use crate::reference::surface;
@@ -39,6 +40,8 @@ pub struct View<'a> {
     frame: Frame,
     inputs: Inputs<'a>,
     visibility_buffer: &'a wgpu::Buffer,
+    /// Whether texels that no receiver looks at are wanted, too.
+    draws_whole_maps: bool,
     /// Counters of rasterized maps that the next submission brings.
     pending: Vec<(&'static str, Vec<Read<Counters>>)>,
     counters: Vec<(&'static str, Counters)>,
@@ -141,6 +144,7 @@ impl<'a> View<'a> {
         scene: &'a Scene,
         light: &'a Light,
         visibility_buffer: &'a wgpu::Buffer,
+        draws_whole_maps: bool,
     ) -> Self {
         Self {
             scene,
@@ -149,6 +153,7 @@ impl<'a> View<'a> {
             frame,
             inputs,
             visibility_buffer,
+            draws_whole_maps,
             pending: Vec::new(),
             counters: Vec::new(),
             pending_facts: Vec::new(),
@@ -222,15 +227,8 @@ impl<'a> View<'a> {
     /// What the light sees of a layer.
     pub fn depth_image(&mut self, fitted: Fitted) -> Result<Analysed> {
         let projection = &fitted.projection;
-        let target = Target::DepthTriangle;
-        let rasterized = shadow_map::shadow_map(
-            &mut self.frame,
-            self.inputs,
-            projection,
-            None,
-            target,
-            Rasterization::Exact,
-        )?;
+        let drawn = plain_map(projection);
+        let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
         self.pending
             .push((shadow_map::LABEL, vec![rasterized.counters]));
         Ok(Analysed {
@@ -301,14 +299,20 @@ impl<'a> View<'a> {
         let mut layers = Vec::new();
         for plan in plans {
             let Fitted { projection, region } = &plan.fitted;
-            let rasterized = shadow_map::shadow_map(
-                &mut self.frame,
-                inputs,
+            let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
+            let whole = Drawn {
                 projection,
-                plan.warp.as_ref(),
-                map.lookup.target(),
-                map.rasterization,
-            )?;
+                warp: plan.warp.as_ref(),
+                target: map.lookup.target(),
+                rasterization: map.rasterization,
+                receiver_tiles: None,
+            };
+            let tiles = self.receiver_tiles(seen, whole, map.lookup)?;
+            let drawn = Drawn {
+                receiver_tiles: tiles.as_deref(),
+                ..whole
+            };
+            let rasterized = shadow_map::shadow_map(&mut self.frame, inputs, drawn)?;
             self.pending
                 .push((shadow_map::LABEL, vec![rasterized.counters]));
             let rounding = position_rounding(projection, self.camera.eye);
@@ -319,7 +323,6 @@ impl<'a> View<'a> {
                 comparison: map.lookup,
                 bias: map.depth_bias(projection, rounding),
             };
-            let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
             let is_first = layers.is_empty();
             lookup::lookup(&mut self.frame, seen, looked, &visibility, is_first);
             layers.push(Layer {
@@ -329,6 +332,27 @@ impl<'a> View<'a> {
             });
         }
         Ok(Recorded { visibility, layers })
+    }
+
+    /// The tiles of a map that need to be drawn; `None`: all of it, because somebody wants to see it or it is
+    /// so small that finding them takes longer.
+    fn receiver_tiles(
+        &mut self,
+        seen: Receivers,
+        map: Drawn,
+        lookup: Comparison,
+    ) -> Result<Option<PooledBuffer>> {
+        let Some(shift) = map.tile_shift() else {
+            return Ok(None);
+        };
+        let is_small = map.projection.texel_count() < seen.camera.pixel_count();
+        // A disc may be of any size.
+        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !skips() {
+            return Ok(None);
+        }
+        let (frame, reach) = (&mut self.frame, lookup.reach);
+        receiver_tiles::receiver_tiles(frame, seen, map.projection, map.warp, reach, shift)
+            .map(Some)
     }
 
     /// The visibility image by testing casters against receivers that are listed in the texels of each
@@ -354,14 +378,8 @@ impl<'a> View<'a> {
             let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
             // The nearest casters, which settle most receivers that are in shadow.
             let map = projection.with_resolution(projection.width.min(MOST_MAP_TEXELS));
-            let rasterized = shadow_map::shadow_map(
-                &mut self.frame,
-                self.inputs,
-                &map,
-                None,
-                Target::DepthTriangle,
-                Rasterization::Exact,
-            )?;
+            let drawn = plain_map(&map);
+            let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
             self.pending
                 .push((shadow_map::LABEL, vec![rasterized.counters]));
             let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);
@@ -549,6 +567,17 @@ impl<'a> View<'a> {
             skipped_layers: self.skipped_layers,
             measures: self.measures,
         }
+    }
+}
+
+/// An exact map of depths and triangles, not warped.
+fn plain_map(projection: &Projection) -> Drawn<'_> {
+    Drawn {
+        projection,
+        warp: None,
+        target: Target::DepthTriangle,
+        rasterization: Rasterization::Exact,
+        receiver_tiles: None,
     }
 }
 

@@ -11,6 +11,7 @@ pub mod lookup;
 pub mod outline;
 pub mod rasterize;
 pub mod receiver_lists;
+pub mod receiver_tiles;
 pub mod receivers;
 pub mod samples;
 pub mod shadow_edge;

@@ -51,16 +51,47 @@ pub struct Rasterized {
 /// Bands and columns have 14 bits in the items of `shaders/rasterize_bands.wgsl`.
 const MOST_NAMES: u32 = 1 << 14;
 
+/// A map to draw.
+#[derive(Clone, Copy)]
+pub struct Drawn<'a> {
+    pub projection: &'a Projection,
+    pub warp: Option<&'a WarpMap>,
+    pub target: Target,
+    pub rasterization: Rasterization,
+    /// From `receiver_tiles`, of `tile_shift`: what the other tiles hold is undefined.
+    pub receiver_tiles: Option<&'a wgpu::Buffer>,
+}
+
+impl Drawn<'_> {
+    /// Binary logarithm of the side of the tiles that `shaders/rasterize.wgsl` cuts large triangles into;
+    /// `None` where another shader draws.
+    pub fn tile_shift(&self) -> Option<u32> {
+        let is_linear = self.rasterization != Rasterization::Exact;
+        // Pieces are in the map, beyond projection and warp.
+        let warp = self.warp.filter(|_| !is_linear);
+        let has_straight_edges = self.projection.has_straight_edges();
+        // Of a warp of many functions a tile's bound says little.
+        let has_bands = warp.is_some_and(|warp| warp.layout.functions[0] > 1) && has_straight_edges;
+        // Where edges are no lines, rows are walked from side to side of a tile: smaller ones waste less.
+        let has_straight_rows = is_linear || (warp.is_none() && has_straight_edges);
+        (!has_bands).then_some(if has_straight_rows { 4 } else { 3 })
+    }
+}
+
 /// Records the pass under the label.
 pub fn rasterize(
     frame: &mut Frame,
     label: &'static str,
     scene: &SceneTables,
-    projection: &Projection,
-    warp: Option<&WarpMap>,
-    target: Target,
-    rasterization: Rasterization,
+    drawn: Drawn,
 ) -> Result<Rasterized> {
+    let Drawn {
+        projection,
+        warp,
+        target,
+        rasterization,
+        receiver_tiles,
+    } = drawn;
     let texel_bytes = match target {
         Target::Depth => 4,
         Target::DepthTriangle => 8,
@@ -83,9 +114,7 @@ pub fn rasterize(
     };
     // Pieces are in the map, beyond projection and warp.
     let warp = warp.filter(|_| pieces.is_none());
-    // Of a warp of many functions a tile's bound says little.
     let bands = warp.map_or(1, |warp| warp.layout.functions[0]);
-    let has_bands = bands > 1 && projection.has_straight_edges();
     let shader = Shader {
         projection: match pieces {
             None => projection.shader(),
@@ -100,17 +129,26 @@ pub fn rasterize(
             Target::Depth => "target/depth",
             Target::DepthTriangle => "target/depth_triangle",
         },
-        ..Shader::new(if has_bands {
-            "rasterize_bands"
-        } else {
-            "rasterize"
+        ..Shader::new(match drawn.tile_shift() {
+            Some(_) => "rasterize",
+            None => "rasterize_bands",
         })
     };
     let gpu = frame.gpu.clone();
     let mut constants = vec![("culls_by_depth", f64::from(u8::from(skips())))];
     let mut per_invocation = gpu.work_per_invocation(1, 64);
     let longest_side = projection.width.max(projection.height);
-    if has_bands {
+    let unused = frame.storage("unused tiles", 4)?;
+    let mut tiles = Vec::new();
+    if let Some(fine_shift) = drawn.tile_shift() {
+        constants.push(("small_area", f64::from(1 << (2 * fine_shift))));
+        constants.push(("fine_shift", f64::from(fine_shift)));
+        constants.push((
+            "has_receiver_tiles",
+            f64::from(u8::from(receiver_tiles.is_some())),
+        ));
+        tiles.push((9, buffer(receiver_tiles.unwrap_or(&unused))));
+    } else {
         let most = longest_side.max(bands);
         ensure_value!(
             most <= MOST_NAMES,
@@ -119,16 +157,6 @@ pub fn rasterize(
         );
         // An item may be a column of texels, and an invocation must stay below 65,535 iterations.
         per_invocation = per_invocation.min(32_768 / longest_side).max(1);
-    } else {
-        // Where edges are no lines, rows are walked from side to side of a tile: smaller ones waste less.
-        let has_straight_rows =
-            pieces.is_some() || (warp.is_none() && projection.has_straight_edges());
-        let fine_shift = match has_straight_rows {
-            true => 4_u32,
-            false => 3,
-        };
-        constants.push(("small_area", f64::from(1 << (2 * fine_shift))));
-        constants.push(("fine_shift", f64::from(fine_shift)));
     }
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
@@ -162,6 +190,8 @@ pub fn rasterize(
     split.extend(bin.iter().cloned());
     let mut walk = split.clone();
     walk.push((5, buffer(&texels)));
+    bin.extend(tiles.iter().cloned());
+    split.extend(tiles);
     let stages = Stages {
         shader,
         constants: &constants,

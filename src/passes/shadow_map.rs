@@ -1,31 +1,14 @@
 //! Pass "shadow map": casters to nearest depth per texel, seen from the light.
 
 use super::Inputs;
-use super::rasterize::{Rasterization, Rasterized, Target, rasterize};
-use super::warp_map::WarpMap;
+use super::rasterize::{Drawn, Rasterized, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;
-use crate::projection::Projection;
 
 pub const LABEL: &str = "shadow map";
 
-pub fn shadow_map(
-    frame: &mut Frame,
-    inputs: Inputs,
-    projection: &Projection,
-    warp: Option<&WarpMap>,
-    target: Target,
-    rasterization: Rasterization,
-) -> Result<Rasterized> {
-    rasterize(
-        frame,
-        LABEL,
-        inputs.scene,
-        projection,
-        warp,
-        target,
-        rasterization,
-    )
+pub fn shadow_map(frame: &mut Frame, inputs: Inputs, drawn: Drawn) -> Result<Rasterized> {
+    rasterize(frame, LABEL, inputs.scene, drawn)
 }
 
 /// Depth in [0, 1] of a texel, 1 where it is empty.

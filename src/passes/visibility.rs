@@ -1,7 +1,7 @@
 //! Pass "visibility": camera to nearest depth and triangle per pixel.
 
 use super::Inputs;
-use super::rasterize::{Rasterization, Rasterized, Target, rasterize};
+use super::rasterize::{Drawn, Rasterization, Rasterized, Target, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;
 use crate::projection::Projection;
@@ -15,15 +15,14 @@ pub fn visibility(frame: &mut Frame, inputs: Inputs) -> Result<Rasterized> {
         far: camera.zfar.min(2.0 * inputs.scene.farthest(camera.eye)),
         ..Projection::from_camera(camera)
     };
-    rasterize(
-        frame,
-        LABEL,
-        inputs.scene,
-        &projection,
-        None,
-        Target::DepthTriangle,
-        Rasterization::Exact,
-    )
+    let drawn = Drawn {
+        projection: &projection,
+        warp: None,
+        target: Target::DepthTriangle,
+        rasterization: Rasterization::Exact,
+        receiver_tiles: None,
+    };
+    rasterize(frame, LABEL, inputs.scene, drawn)
 }
 
 /// Triangle of each pixel from its key in the visibility buffer, -1 where nothing is seen.

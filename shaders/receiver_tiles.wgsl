@@ -1,0 +1,48 @@
+// The tiles of a shadow map that receivers look at: the rest of the map need not be drawn.
+#import projection
+#import lib/receivers
+#import warp
+
+struct Tiles {
+    shift: u32,                         // binary logarithm of the side of a tile
+    columns: u32,
+    reach: f32,                         // texels around a receiver's place that its lookup may ask for
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> projection_uniform: Projection;
+@group(0) @binding(1) var<uniform> tiles_uniform: Tiles;
+@group(0) @binding(2) var<storage, read_write> receiver_tiles: array<atomic<u32>>;
+
+override rows_per_invocation: u32 = 1u;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let receivers = receivers_uniform;
+    let projection = projection_uniform;
+    let tiles = tiles_uniform;
+    let warp = load_warp();
+    let size = vec2<f32>(projection.size);
+    // Neighbours mostly look at the same tiles.
+    var known = vec4<u32>(0xffffffffu);
+    for (var i = 0u; i < rows_per_invocation; i += 1u) {
+        let row = invocation.y * rows_per_invocation + i;
+        if invocation.x < receivers.width && row < receivers.height {
+            let receiver = load_receiver(receivers, invocation.x, row);
+            let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
+            let place = warped_from_linear(warp, texel / size).uv * size;
+            let first = vec2<u32>(clamp(place - tiles.reach, vec2<f32>(0.0), size - 1.0));
+            let last = vec2<u32>(clamp(place + tiles.reach, vec2<f32>(0.0), size - 1.0));
+            let corners = vec4<u32>(first, last) >> vec4<u32>(tiles.shift);
+            var is_new = receiver.faces_light && any(corners != known);
+            while is_new {
+                known = corners;
+                is_new = false;
+                atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.x], 1u);
+                atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.z], 1u);
+                atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.x], 1u);
+                atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.z], 1u);
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Pass "receiver tiles": the tiles of a shadow map that receivers look at.
+
+use super::Receivers;
+use super::warp_map::{self, WarpMap};
+use crate::error::Result;
+use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shaders::Shader;
+use crate::projection::Projection;
+use bytemuck::{Pod, Zeroable};
+
+pub const LABEL: &str = "receiver tiles";
+
+/// Rounding between this pass and the lookup, in texels.
+const SLACK: f32 = 0.5;
+
+/// As `Tiles` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct TilesUniform {
+    shift: u32,
+    columns: u32,
+    reach: f32,
+    padding: u32,
+}
+
+/// Records the pass; 1 for each tile, in rows, that a receiver may ask for, whose lookup takes `reach` texels
+/// on each side of its own. Tiles have 2^`shift` texels along each side, more than that.
+pub fn receiver_tiles(
+    frame: &mut Frame,
+    seen: Receivers,
+    projection: &Projection,
+    warp: Option<&WarpMap>,
+    reach: u8,
+    shift: u32,
+) -> Result<PooledBuffer> {
+    let columns = projection.width.div_ceil(1 << shift);
+    let rows = projection.height.div_ceil(1 << shift);
+    let tiles = frame.storage(LABEL, 4 * u64::from(columns) * u64::from(rows))?;
+    frame.clear(&tiles);
+    let uniform = TilesUniform {
+        shift,
+        columns,
+        reach: f32::from(reach) + SLACK,
+        padding: 0,
+    };
+    let uniform = frame.uniform(LABEL, &uniform);
+    let receivers = frame.uniform("receivers", &seen.uniform(projection));
+    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
+    let shader = Shader {
+        projection: projection.shader(),
+        warp: warp_map::shader(warp),
+        ..Shader::new("receiver_tiles")
+    };
+    let rows_per_invocation = frame.gpu.work_per_invocation(1, 32);
+    let mut constants = vec![("rows_per_invocation", f64::from(rows_per_invocation))];
+    constants.extend(seen.constants());
+    let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
+    let mut bindings = vec![
+        (20, buffer(&receivers)),
+        (21, buffer(seen.visibility_buffer)),
+        (10, table(&seen.scene.unit_normals)),
+        (0, buffer(&projected)),
+        (1, buffer(&uniform)),
+        (2, buffer(&tiles)),
+    ];
+    bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+    frame.pass(
+        LABEL,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings,
+            groups: Groups::Grid(
+                seen.camera.width.div_ceil(64),
+                seen.camera.height.div_ceil(rows_per_invocation),
+            ),
+        }],
+    );
+    Ok(tiles)
+}

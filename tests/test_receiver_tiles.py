@@ -1,0 +1,46 @@
+"""Maps that are not drawn whole: tiles that no receiver looks at are left out."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+import lixel as lx
+from lixel.frame import render_outputs
+from lixel.methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
+
+
+@pytest.mark.parametrize("lookup", ["depth", "triangle_5x5", "auto", lx.Pcf(radius=20)], ids=str)
+@pytest.mark.parametrize("method", [*MAP_METHODS, *OMNIDIRECTIONAL_METHODS])
+def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup, monkeypatch):
+    """Few receivers, many texels apart: none stands in for another."""
+    scene = lx.scenes.objects_on_floor(count=16, subdivisions=2)
+    camera = lx.Camera.look_at((2, 3, 6), (1, 0, 0), yfov=0.5, width=60, height=40)
+    chosen = dataclasses.replace(lx.method_from(method), lookup=lookup, resolution=1024)
+    lights = [lx.DirectionalLight((0.4, -1.0, -0.3)), lx.PointLight((1.0, 4.0, 2.0))]
+    lights.append(lx.SpotLight((1.0, 6.0, 1.0), (0.0, -1.0, 0.1), 0.6))
+    for light in filter(chosen.takes, lights):
+        part = render_outputs(scene, camera, light, chosen, ("visibility",))[1]
+        whole = lx.render(scene, camera, light, chosen)
+        expected = whole.visibility.tobytes()
+        assert part["visibility"].tobytes() == expected
+        monkeypatch.setenv("LIXEL_SKIP_NOTHING", "1")
+        assert lx.render_shadows(scene, camera, light, chosen).tobytes() == expected
+        monkeypatch.delenv("LIXEL_SKIP_NOTHING")
+
+
+def test_less_is_drawn_where_no_receiver_looks():
+    scene = lx.scenes.objects_on_floor(count=64, subdivisions=3)
+    camera = lx.Camera.look_at((4, 3, 4), (0, 0, 0), yfov=0.4, width=160, height=90)
+    light = lx.DirectionalLight((0.4, -1.0, -0.3))
+    method = lx.Uniform(resolution=512)
+    part = render_outputs(scene, camera, light, method, ("visibility",))[1]
+    whole = lx.render(scene, camera, light, method)
+    items = part["stats"]["shadow map"]["work_items"]
+    assert items < 0.7 * whole.stats["shadow map"]["work_items"]
+    assert "receiver tiles" in part["timings"]
+    # A map that is asked for is whole, and finding the tiles of a small one would take longer.
+    assert "receiver tiles" not in whole.timings
+    small = render_outputs(scene, camera, light, lx.Uniform(resolution=64), ("visibility",))[1]
+    assert "receiver tiles" not in small["timings"]
