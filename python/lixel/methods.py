@@ -281,7 +281,32 @@ class Uniform(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DesiredView(ShadowMapMethod):
+class BoxMethod(ShadowMapMethod):
+    """What the methods share whose maps are boxes around receivers, along axes of the light.
+
+    Parameters
+    ----------
+    snap : bool
+        Texel snapping, against the flicker of shadow edges while the camera moves: texels are a
+        power of the fourth root of 2 wide, up to 1.19 times as wide as they must be, and lie on a
+        grid that only the light moves.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    M. Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008.
+    """
+
+    snap: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "snap", flag("snap", self.snap))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesiredView(BoxMethod):
     """One map over what the camera sees lit: the box of the receivers that face the light.
 
     As `Uniform`, but the box across the light holds only the visible receivers that face the light
@@ -295,21 +320,13 @@ class DesiredView(ShadowMapMethod):
     Limits: within the box texels are still uniform, so that near receivers get too few when far
     ones widen the box; the map moves with the camera, and its texels flicker unless they snap.
 
-    Parameters
-    ----------
-    snap : bool
-        Texel snapping, against the flicker of shadow edges while the camera moves: texels
-        are a power of the fourth root of 2 wide, up to 1.19 times as wide as they must be, and lie
-        on a grid that only the light moves.
-
-    The others are those of `ShadowMapMethod`.
+    Parameters are those of `BoxMethod`.
 
     References
     ----------
     P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 5
     (desired view); S. Brabec, T. Annen, H.-P. Seidel, "Practical shadow mapping", Journal of
-    Graphics Tools 7(4), 2002; M. Valient, "Stable rendering of cascaded shadow maps", ShaderX6,
-    2008 (texel snapping).
+    Graphics Tools 7(4), 2002.
 
     Examples
     --------
@@ -318,12 +335,6 @@ class DesiredView(ShadowMapMethod):
     """
 
     name: ClassVar[str] = "desired_view"
-
-    snap: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -360,7 +371,7 @@ class MinimalShadowMap(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WarpMethod(ShadowMapMethod):
+class WarpMethod(BoxMethod):
     """What the warps share: a fit, and what receivers are worth.
 
     Parameters
@@ -402,7 +413,7 @@ class WarpMethod(ShadowMapMethod):
         ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
         of its receivers.
     snap : bool
-        Texel snapping of the map that is warped, as for `DesiredView`; with the fits
+        Texel snapping of the map that is warped, see `BoxMethod`; with the fits
         ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``.
     previous : Frame, optional
         The frame before, of the same method: its importance maps are blended in, so that the warp
@@ -428,7 +439,6 @@ class WarpMethod(ShadowMapMethod):
     map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
     importance_resolution: int = 512
     fit: Fit = "desired_view"
-    snap: bool = False
     previous: Any = field(default=None, compare=False, repr=False)
     blend: float = 0.5
 
@@ -453,7 +463,6 @@ class WarpMethod(ShadowMapMethod):
         product = "*".join(name for name in self.functions if name in parts)
         object.__setattr__(self, "importance", product)
         _check_choice("fit", self.fit, get_args(Fit))
-        object.__setattr__(self, "snap", flag("snap", self.snap))
         if self.snap and self.fit not in STILL_FITS:
             raise ValueError(
                 f"snap must come with one of the fits {', '.join(map(repr, STILL_FITS))}, "
@@ -694,7 +703,7 @@ def _check_samples(method: LightMatrixMethod | SceneOptimized) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Focused(LightMatrixMethod):
+class Focused(BoxMethod, LightMatrixMethod):
     """One map over the smallest rectangle, in any orientation, around what is seen.
 
     The points that the map must hold are projected along the light; a side of the smallest
@@ -709,7 +718,7 @@ class Focused(LightMatrixMethod):
     Parameters
     ----------
     snap : bool
-        Texel snapping, as for `DesiredView`; the rectangle is not turned then, and around a light
+        Texel snapping, see `BoxMethod`; the rectangle is not turned then, and around a light
         with a position it is one for each face of a cube.
 
     The others are those of `LightMatrixMethod`.
@@ -727,12 +736,6 @@ class Focused(LightMatrixMethod):
     """
 
     name: ClassVar[str] = "focused"
-
-    snap: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -910,7 +913,7 @@ def _previous_matrix(previous: Any) -> Matrix | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cascades(ShadowMapMethod):
+class Cascades(BoxMethod):
     """The view is cut into slabs of depth, each with a map over the box of its receivers.
 
     With z from the near to the far end of what is split, slab i of m ends at
@@ -936,7 +939,7 @@ class Cascades(ShadowMapMethod):
     sample_resolution : int
         Pixels looked at along the longer side of the image, where the receivers are asked.
     snap : bool
-        Texel snapping, as for `DesiredView`, of every layer; slabs that the receivers bound end at
+        Texel snapping, see `BoxMethod`, of every layer; slabs that the receivers bound end at
         powers of the fourth root of 2, in units of the world.
 
     The others are those of `ShadowMapMethod`.
@@ -959,7 +962,6 @@ class Cascades(ShadowMapMethod):
     splits: Splits = "receivers"
     weight: float = 0.5
     sample_resolution: int = 180
-    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -972,11 +974,10 @@ class Cascades(ShadowMapMethod):
             raise ValueError(f"weight must be from 0 to 1, got {self.weight}")
         samples = count("sample_resolution", self.sample_resolution, "samples")
         object.__setattr__(self, "sample_resolution", samples)
-        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cube(ShadowMapMethod):
+class Cube(BoxMethod):
     """Six perspective maps around a light with a position: the faces of a cube.
 
     A face takes the receivers of its pyramid; with ``x, y, z`` in its axes,
@@ -993,7 +994,7 @@ class Cube(ShadowMapMethod):
     cut : {"receivers", "face"}
         Each face over the box of its receivers, or over the whole face.
     snap : bool
-        Texel snapping of the boxes of receivers, as for `DesiredView`.
+        Texel snapping of the boxes of receivers, see `BoxMethod`.
 
     The others are those of `ShadowMapMethod`; `resolution` is that of each face.
 
@@ -1016,16 +1017,14 @@ class Cube(ShadowMapMethod):
     lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
 
     cut: Literal["receivers", "face"] = "receivers"
-    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("cut", self.cut, ("receivers", "face"))
-        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
-class DualParaboloid(ShadowMapMethod):
+class DualParaboloid(BoxMethod):
     """Two maps around a light with a position, as two paraboloids back to back reflect its rays.
 
     With :math:`d = (x, y, z)` the unit vector to a point in the axes of one half,
@@ -1043,7 +1042,7 @@ class DualParaboloid(ShadowMapMethod):
     cut : {"hemisphere", "receivers"}
         Each map over its whole half of space, as published, or over the box of its receivers.
     snap : bool
-        Texel snapping of the boxes of receivers, as for `DesiredView`.
+        Texel snapping of the boxes of receivers, see `BoxMethod`.
 
     The others are those of `ShadowMapMethod`; `resolution` is that of each half.
 
@@ -1067,12 +1066,10 @@ class DualParaboloid(ShadowMapMethod):
     lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
 
     cut: Literal["hemisphere", "receivers"] = "hemisphere"
-    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("cut", self.cut, ("hemisphere", "receivers"))
-        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -1121,7 +1118,7 @@ class ImprovedParaboloid(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spot(ShadowMapMethod):
+class Spot(BoxMethod):
     """One perspective map along the axis of a spot light.
 
     With ``x, y, z`` in the light's axes, over the box of its receivers,
@@ -1138,7 +1135,7 @@ class Spot(ShadowMapMethod):
     cut : {"receivers", "cone"}
         Over the box of the receivers, or over the whole cone.
     snap : bool
-        Texel snapping of the boxes of receivers, as for `DesiredView`.
+        Texel snapping of the boxes of receivers, see `BoxMethod`.
 
     The others are those of `ShadowMapMethod`.
 
@@ -1161,12 +1158,10 @@ class Spot(ShadowMapMethod):
     lights: ClassVar[tuple[type[Light], ...]] = (SpotLight,)
 
     cut: Literal["receivers", "cone"] = "receivers"
-    snap: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("cut", self.cut, ("receivers", "cone"))
-        object.__setattr__(self, "snap", flag("snap", self.snap))
 
 
 @dataclass(frozen=True, kw_only=True)
