@@ -4,7 +4,6 @@ use crate::camera::Camera;
 use crate::light::Light;
 use crate::methods::fit_uniform;
 use crate::projection::{Kind, Projection};
-use crate::reference::surface;
 use crate::render::RenderedLayer;
 use crate::scene::Scene;
 use crate::warp::Warp;
@@ -18,21 +17,20 @@ use rayon::prelude::*;
 /// maps", 2002, and Navrátil's thesis, Eq. 3.2, with the widths across the beams taken as square roots
 /// of their areas. NaN where no surface is seen or no layer is there.
 pub fn aliasing_error(
-    scene: &Scene,
     camera: &Camera,
     light: &Light,
     layers: &[RenderedLayer],
-    triangle_id: &[i32],
+    positions: &[[f64; 3]],
+    normals: &[[f32; 3]],
 ) -> Vec<f32> {
     let image = Projection::from_camera(camera);
     let image_steps = image.steps();
     let steps: Vec<_> = layers.iter().map(|l| l.fitted.projection.steps()).collect();
-    let (positions, normals, _) = surface(scene, camera, triangle_id);
     positions
-        .into_par_iter()
+        .par_iter()
         .zip(normals)
         .map(|(position, normal)| {
-            let point = DVec3::from(position);
+            let point = DVec3::from(*position);
             let own = layers.iter().zip(&steps);
             let mut own = own.filter(|(layer, _)| layer.fitted.region.contains(point));
             let Some((layer, steps)) = own.next().filter(|_| !point.is_nan()) else {
@@ -65,13 +63,7 @@ const FRUSTUM_STEPS: u32 = 32;
 ///
 /// D. Brandon Lloyd, David Tuft, Sung-eui Yoon, Dinesh Manocha. Warping and partitioning for low error
 /// shadow maps. EGSR 2006, section 3, on a grid of points.
-pub fn largest_aliasing_error(
-    scene: &Scene,
-    camera: &Camera,
-    layers: &[RenderedLayer],
-    triangle_id: &[i32],
-) -> f64 {
-    let (_, _, depths) = surface(scene, camera, triangle_id);
+pub fn largest_aliasing_error(camera: &Camera, layers: &[RenderedLayer], depths: &[f64]) -> f64 {
     let seen = || depths.iter().filter(|depth| depth.is_finite());
     let near = seen().fold(f64::INFINITY, |least, &depth| least.min(depth));
     let far = seen().fold(0.0, |most: f64, &depth| most.max(depth));

@@ -392,12 +392,14 @@ fn render<'py>(
             let scene = scene.read();
             let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
             let layers = &rendered.layers;
-            let aliasing_error = asks_for_aliasing.then(|| {
-                aliasing::aliasing_error(&scene, camera, light, layers, &rendered.triangle_id)
+            let seen = (asks_for_aliasing || asks_for_largest)
+                .then(|| reference::surface(&scene, camera, &rendered.triangle_id));
+            let seen_for = |asked: bool| seen.as_ref().filter(|_| asked);
+            let aliasing_error = seen_for(asks_for_aliasing).map(|(positions, normals, _)| {
+                aliasing::aliasing_error(camera, light, layers, positions, normals)
             });
-            let largest = asks_for_largest.then(|| {
-                aliasing::largest_aliasing_error(&scene, camera, layers, &rendered.triangle_id)
-            });
+            let largest = seen_for(asks_for_largest)
+                .map(|(_, _, depths)| aliasing::largest_aliasing_error(camera, layers, depths));
             let effective_resolution = asks_for("max_effective_resolution")
                 .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
             Ok::<_, Error>((rendered, aliasing_error, largest, effective_resolution))

@@ -2,7 +2,7 @@
 
 use super::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
@@ -44,13 +44,11 @@ pub fn boundary(
         &[
             Dispatch {
                 pipeline: &mark,
-                bindings: vec![
-                    (20, buffer(&receivers)),
-                    (21, buffer(seen.visibility_buffer)),
-                    (10, table(&seen.scene.unit_normals)),
-                    (0, buffer(visibility)),
-                    (1, buffer(&marks)),
-                ],
+                bindings: [
+                    &seen.bindings(&receivers)[..],
+                    &[(0, buffer(visibility)), (1, buffer(&marks))],
+                ]
+                .concat(),
                 groups: groups(),
             },
             Dispatch {

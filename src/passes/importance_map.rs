@@ -4,7 +4,7 @@ use super::Receivers;
 use super::boundary::BoundaryWeights;
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
-use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::{Binding, Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
@@ -144,16 +144,14 @@ pub fn importance_map(
     let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
     let unused = frame.storage("unused weights", 4)?;
     let boundary = factors.boundary.map_or(&*unused, |b| &*b.weights);
-    let mut bindings = vec![
-        (20, buffer(&receivers)),
-        (21, buffer(seen.visibility_buffer)),
-        (10, table(&seen.scene.unit_normals)),
+    let mut bindings = seen.bindings(&receivers).to_vec();
+    bindings.extend([
         (0, buffer(&projected)),
         (1, buffer(&uniform)),
         (2, buffer(&map)),
         (3, buffer(factors.pixel_weights.unwrap_or(&unused))),
         (7, buffer(boundary)),
-    ];
+    ]);
     bindings.extend(factors.bindings(&unused));
     if count_unit.is_some() {
         bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
@@ -163,10 +161,7 @@ pub fn importance_map(
         &[Dispatch {
             pipeline: &pipeline,
             bindings,
-            groups: Groups::Grid(
-                seen.camera.width.div_ceil(64),
-                seen.camera.height.div_ceil(rows),
-            ),
+            groups: seen.groups(rows),
         }],
     );
     Ok(ImportanceMap {

@@ -5,7 +5,7 @@ use super::rasterize::Target;
 use super::warp_map::{self, WarpMap};
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
@@ -158,27 +158,22 @@ pub fn lookup(
     constants.extend(seen.constants());
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     let scene = seen.scene;
-    let mut bindings = vec![
-        (20, buffer(&uniform)),
-        (21, buffer(seen.visibility_buffer)),
-        (10, table(&scene.unit_normals)),
+    let mut bindings = seen.bindings(&uniform).to_vec();
+    bindings.extend([
         (0, buffer(&projection)),
         (1, table(&scene.vertex_indices)),
         (2, table(&scene.positions_high)),
         (3, table(&scene.positions_low)),
         (5, buffer(map.texels)),
         (6, buffer(visibility)),
-    ];
+    ]);
     bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     frame.pass(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
             bindings,
-            groups: Groups::Grid(
-                seen.camera.width.div_ceil(64),
-                seen.camera.height.div_ceil(rows),
-            ),
+            groups: seen.groups(rows),
         }],
     );
 }

@@ -26,7 +26,7 @@ pub mod work_items;
 use crate::camera::Camera;
 use crate::error::Result;
 use crate::gpu::Gpu;
-use crate::gpu::frame::Read;
+use crate::gpu::frame::{Binding, Groups, Read, buffer, table};
 use crate::gpu::scene_tables::SceneTables;
 use crate::light::Light;
 use crate::projection::Projection;
@@ -141,6 +141,23 @@ impl Receivers<'_> {
             light_y: row(projection.y_axis),
             light_z: row(projection.z_axis),
         }
+    }
+
+    /// Bindings of `shaders/lib/receivers.wgsl`, with a buffer of `uniform`.
+    fn bindings<'b>(&'b self, uniform: &'b wgpu::Buffer) -> [Binding<'b>; 3] {
+        [
+            (20, buffer(uniform)),
+            (21, buffer(self.visibility_buffer)),
+            (10, table(&self.scene.unit_normals)),
+        ]
+    }
+
+    /// Workgroups of 64 columns of the image, each invocation with so many rows.
+    fn groups(&self, rows_per_invocation: u32) -> Groups<'static> {
+        Groups::Grid(
+            self.camera.width.div_ceil(64),
+            self.camera.height.div_ceil(rows_per_invocation),
+        )
     }
 
     /// Constants of `shaders/lib/receivers.wgsl`.

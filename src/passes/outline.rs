@@ -2,7 +2,7 @@
 
 use super::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
@@ -84,13 +84,8 @@ pub fn outline(
         ..Shader::new("outline")
     };
     let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
-    let mut bindings = vec![
-        (20, buffer(&receivers)),
-        (21, buffer(seen.visibility_buffer)),
-        (10, table(&seen.scene.unit_normals)),
-        (1, buffer(&found)),
-        (2, buffer(&projected)),
-    ];
+    let mut bindings = seen.bindings(&receivers).to_vec();
+    bindings.extend([(1, buffer(&found)), (2, buffer(&projected))]);
     if points == Points::Samples {
         bindings.push((0, buffer(&uniform)));
     }

@@ -59,16 +59,8 @@ pub fn begin(frame: &mut Frame, seen: Receivers, visibility: &wgpu::Buffer) {
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
-            bindings: vec![
-                (20, buffer(&receivers)),
-                (21, buffer(seen.visibility_buffer)),
-                (10, table(&seen.scene.unit_normals)),
-                (16, buffer(visibility)),
-            ],
-            groups: Groups::Grid(
-                seen.camera.width.div_ceil(64),
-                seen.camera.height.div_ceil(rows),
-            ),
+            bindings: [&seen.bindings(&receivers)[..], &[(16, buffer(visibility))]].concat(),
+            groups: seen.groups(rows),
         }],
     );
 }
@@ -125,11 +117,7 @@ pub fn receiver_lists(
     let listed = (5, buffer(&lists.listed));
     let sums = (7, buffer(&sums));
     let counted_facts = (9, buffer(&counters));
-    let receivers = [
-        (20, buffer(&receivers)),
-        (21, buffer(seen.visibility_buffer)),
-        (10, table(&seen.scene.unit_normals)),
-    ];
+    let receivers = seen.bindings(&receivers);
     let columns = seen.camera.width.div_ceil(64);
     let image = || Groups::Grid(columns, grid.row_count.div_ceil(rows));
     let mut count_bindings = receivers.to_vec();

@@ -3,7 +3,7 @@
 use super::Receivers;
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
@@ -56,24 +56,19 @@ pub fn receiver_tiles(
     let mut constants = vec![("rows_per_invocation", f64::from(rows_per_invocation))];
     constants.extend(seen.constants());
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
-    let mut bindings = vec![
-        (20, buffer(&receivers)),
-        (21, buffer(seen.visibility_buffer)),
-        (10, table(&seen.scene.unit_normals)),
+    let mut bindings = seen.bindings(&receivers).to_vec();
+    bindings.extend([
         (0, buffer(&projected)),
         (1, buffer(&uniform)),
         (2, buffer(&tiles)),
-    ];
+    ]);
     bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     frame.pass(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
             bindings,
-            groups: Groups::Grid(
-                seen.camera.width.div_ceil(64),
-                seen.camera.height.div_ceil(rows_per_invocation),
-            ),
+            groups: seen.groups(rows_per_invocation),
         }],
     );
     Ok(tiles)

@@ -3,7 +3,7 @@
 
 use super::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
@@ -70,13 +70,11 @@ pub fn receivers(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
-            bindings: vec![
-                (20, buffer(&uniform)),
-                (21, buffer(seen.visibility_buffer)),
-                (10, table(&seen.scene.unit_normals)),
-                (0, buffer(&projected)),
-                (1, buffer(&bounds)),
-            ],
+            bindings: [
+                &seen.bindings(&uniform)[..],
+                &[(0, buffer(&projected)), (1, buffer(&bounds))],
+            ]
+            .concat(),
             groups: Groups::Grid(
                 seen.camera.width.div_ceil(GROUP),
                 seen.camera.height.div_ceil(rows),

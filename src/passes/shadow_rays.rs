@@ -81,18 +81,19 @@ pub fn shadow_rays(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
-            bindings: vec![
-                (20, buffer(&receivers)),
-                (21, buffer(seen.visibility_buffer)),
-                (10, table(&scene.unit_normals)),
-                (0, buffer(&uniform)),
-                (2, table(&scene.positions_high)),
-                (3, table(&scene.positions_low)),
-                (4, table(&hierarchy.nodes)),
-                (5, table(&hierarchy.leaf_triangles)),
-                (6, buffer(&visibility)),
-                (7, buffer(&counters)),
-            ],
+            bindings: [
+                &seen.bindings(&receivers)[..],
+                &[
+                    (0, buffer(&uniform)),
+                    (2, table(&scene.positions_high)),
+                    (3, table(&scene.positions_low)),
+                    (4, table(&hierarchy.nodes)),
+                    (5, table(&hierarchy.leaf_triangles)),
+                    (6, buffer(&visibility)),
+                    (7, buffer(&counters)),
+                ],
+            ]
+            .concat(),
             groups: Groups::Grid(camera.width.div_ceil(8), camera.height.div_ceil(8)),
         }],
     );
