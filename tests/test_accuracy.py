@@ -42,6 +42,9 @@ def test_the_command_writes_every_view_and_goes_on(folder, capfd):
     assert not table.loc[table["method"] != accuracy.EMBREE, "misclassified"].any()
     assert (table["misclassified"] == table["false_lit"] + table["false_shadow"]).all()
     assert "wrong" in capfd.readouterr().out
+    # Another command's random lights and methods have the same names; its table is left alone.
+    with pytest.raises(ValueError, match=r"table\.csv must be the table of .*--kind point"):
+        accuracy.main([*arguments, "--kind", "point"])
     # Half of it is lost, and measured again to the same.
     whole = path.read_text()
     lines = whole.splitlines(keepends=True)

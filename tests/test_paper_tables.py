@@ -77,6 +77,13 @@ def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp
     assert capsys.readouterr().out == printed
 
 
+def test_a_folder_of_another_experiment_is_refused(small, tmp_path):
+    chong_gortler.misclassified(True, tmp_path, count=1)
+    for quick, scene, command in ((False, None, None), (True, small, "python -m other")):
+        with pytest.raises(ValueError, match=r"chong-1\.csv must be the table of"):
+            chong_gortler.misclassified(quick, tmp_path, count=1, scene=scene, command=command)
+
+
 def test_times_stand_beside_the_papers(small, capsys, tmp_path, monkeypatch):
     one = {(2, 500): chong_gortler.PAPER_FPS[2, 500]}
     monkeypatch.setattr(chong_gortler, "PAPER_FPS", one)

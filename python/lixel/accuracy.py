@@ -3,8 +3,8 @@
 Every scene, from each camera and in each light that its scenes.json lists, and in random lights by
 a seed: directional, point and spot, in and outside of the view. By default the methods are those
 that sample nothing from the light, and Embree's float32 rays. Each image is judged against
-`lixel.reference`; ties are left out. The table is written view by view, and a run that finds rows
-of its own goes on where the last one stopped.
+`lixel.reference`; ties are left out. The table is written view by view, and the same command goes
+on where the last one stopped.
 
     python -m lixel.accuracy FOLDER --size 480x270 --random 6 -o accuracy.csv
     python -m lixel.accuracy FOLDER --kind point --random 20 --method cube+notw:lookup=depth
@@ -33,7 +33,7 @@ from .camera import Camera
 from .cli import Views, _make_method, _parameter, _size
 from .compare import compare
 from .frame import render_outputs
-from .info import provenance
+from .kept import append, provenance, read
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import load
 from .methods import Method
@@ -171,13 +171,8 @@ def run(
     cameras: Sequence[str] = (),
 ) -> None:
     """Judge what the table does not have yet, and append it."""
-    done = set()
-    if output.exists():
-        with output.open(newline="", encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                done.add((row["scene"], row["camera"], row["light"], row["width"], row["height"]))
-    else:
-        output.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+    done = {(row["scene"], row["camera"], row["light"]) for row in read(output, command)}
+    append(output, COLUMNS, [])
     chosen = {text: method_of(text) for text in methods or METHODS}
     for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
         name = Path(entry["file"]).stem
@@ -185,12 +180,10 @@ def run(
             continue
         scene = load(folder / entry["file"])
         embree = None if methods else Embree(scene)
-        width, height = map(str, size)
         missing = [
             view
             for view in views(folder, entry, scene, size, random, kinds)
-            if (name, view[0], view[2], width, height) not in done
-            and (not cameras or view[0] in cameras)
+            if (name, view[0], view[2]) not in done and (not cameras or view[0] in cameras)
         ]
         for camera_name, camera, light_name, light in progress(missing, name):
             shared = {
@@ -208,8 +201,7 @@ def run(
                 for method, counts in judge(scene, camera, light, chosen, embree)
             ]
             # A view is written whole or not at all.
-            with output.open("a", newline="", encoding="utf-8") as file:
-                csv.DictWriter(file, COLUMNS).writerows(rows)
+            append(output, COLUMNS, rows)
 
 
 def summary(path: Path) -> list[dict[str, Any]]:

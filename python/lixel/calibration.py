@@ -25,7 +25,7 @@ from .camera import Camera
 from .cli import Views
 from .compare import compare
 from .frame import render_outputs
-from .info import provenance
+from .kept import append, provenance
 from .light import DirectionalLight, Light
 from .load import load
 from .methods import Exact, Method, RayTraced
@@ -120,8 +120,7 @@ def measure(scene: Scene, camera: Camera, light: Light) -> Iterator[dict[str, An
 def collect(folder: Path, output: Path, counts: Mapping[str, int], command: str) -> None:
     """Measure the views that the table does not have yet, and append them."""
     if not output.exists():
-        output.parent.mkdir(parents=True, exist_ok=True)
-        output.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+        append(output, COLUMNS, [])
     done = {(row["set"], row["scene"], row["view"]) for row in read(output)}
     for place, (of_set, name, scene, cameras) in enumerate(scenes(folder)):
         numbers = [n for n in range(counts[of_set]) if (of_set, name, str(n)) not in done]
@@ -138,8 +137,7 @@ def collect(folder: Path, output: Path, counts: Mapping[str, int], command: str)
                 **provenance(command),
             }
             rows = [{**shared, **row} for row in measure(scene, camera, light)]
-            with output.open("a", newline="", encoding="utf-8") as file:
-                csv.DictWriter(file, COLUMNS).writerows(rows)
+            append(output, COLUMNS, rows)
 
 
 def read(path: Path) -> list[dict[str, str]]:

@@ -26,7 +26,7 @@ from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
-from .info import provenance
+from .kept import provenance
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import FORMATS, load
 from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from

@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from . import scenes
 from .arguments import count, needs
 from .camera import Camera
 from .frame import render, render_shadows
-from .light import DirectionalLight, Light
+from .light import DirectionalLight
 from .methods import (
     Cascades,
     DesiredView,
@@ -38,14 +38,12 @@ from .methods import (
 from .reference import Reference, reference
 from .report import progress
 from .scene import Scene
-from .stress import wrong_pixels
+from .stress import View, wrong_pixels
 
 WIDTH, HEIGHT = 192, 108
 
 RESOLUTION = 128
 """Texels along each side of the maps: a pixel or two wide, so that there is flicker to see."""
-
-View: TypeAlias = tuple[Scene, Camera, Light]
 
 
 def _scene() -> Scene:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from typing import Any
 
 from . import _core
@@ -70,14 +69,3 @@ def _lines(values: Mapping[str, Any], indent: str) -> list[str]:
         else:
             lines.append(f"{indent}{name}: {value}")
     return lines
-
-
-def provenance(command: str) -> dict[str, str]:
-    """What every row of a kept table says: the device, its driver, the day, and the command."""
-    adapter = _core.device()
-    return {
-        "device": adapter["name"],
-        "driver": adapter["driver"],
-        "date": datetime.now(timezone.utc).date().isoformat(),
-        "command": command,
-    }

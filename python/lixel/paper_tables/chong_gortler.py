@@ -15,7 +15,6 @@ number of lights and the size of the map, and where it goes.
 from __future__ import annotations
 
 import argparse
-import csv
 import itertools
 import statistics
 import time
@@ -30,7 +29,7 @@ from ..arguments import needs
 from ..camera import Camera
 from ..compare import compare
 from ..frame import render, render_shadows
-from ..info import provenance
+from ..kept import append, provenance, read
 from ..light import DirectionalLight, Light
 from ..load import load
 from ..methods import (
@@ -137,6 +136,7 @@ def misclassified(
     *,
     count: int | None = None,
     scene: Scene | None = None,
+    command: str | None = None,
 ) -> list[dict[str, Any]]:
     """Table 1.
 
@@ -152,6 +152,9 @@ def misclassified(
         Lights, if not as many.
     scene : Scene, optional
         Another scene, seen by its first camera.
+    command : str, optional
+        What the rows of the folder say made them, if not `lixel papers`; rows of another command
+        are refused.
 
     Returns
     -------
@@ -163,46 +166,37 @@ def misclassified(
     """
     if scene is None:
         scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
+    command = command or f"lixel papers chong-1{' --quick' if quick else ''}"
     side, resolution = (375, 200) if quick else (750, 400)
     camera = next(iter(scene.cameras.values())).resized(side, side)
     rows = methods(resolution)
     chosen = lights(count or (25 if quick else 500))
     path = None if folder is None else folder / "chong-1.csv"
-    known = _read(path)
+    before = [] if path is None else read(path, command)
+    known = {(int(row["light"]), row["method"]): int(row["wrong"]) for row in before}
     wrong = np.zeros((len(rows), len(chosen)))
     for column, light in enumerate(progress(chosen, "lights")):
         missing = [name for name in rows if (column, name) not in known]
         if missing:
             truth = reference(scene, camera, light)
-            measured = []
+            measured: list[dict[str, Any]] = []
             for name in missing:
                 found = compare(render_shadows(scene, camera, light, rows[name]), truth)
                 known[column, name] = found.misclassified_count
-                measured.append((column, name, found.misclassified_count, found.covered_count))
-            _append(path, measured)
+                measured.append(
+                    {
+                        "light": column,
+                        "method": name,
+                        "wrong": found.misclassified_count,
+                        "covered": found.covered_count,
+                        **provenance(command),
+                    }
+                )
+            if path is not None:
+                append(path, list(measured[0]), measured)
         wrong[:, column] = [known[column, name] for name in rows]
     names = list(rows)
     return [*summary(names, wrong), *layout(names, wrong)]
-
-
-def _read(path: Path | None) -> dict[tuple[int, str], int]:
-    if path is None or not path.exists():
-        return {}
-    with path.open(newline="", encoding="utf-8") as file:
-        return {(int(r["light"]), r["method"]): int(r["wrong"]) for r in csv.DictReader(file)}
-
-
-def _append(path: Path | None, measured: Sequence[tuple[int, str, int, int]]) -> None:
-    if path is None:
-        return
-    said = provenance("lixel papers chong-1")
-    is_new = not path.exists()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        if is_new:
-            writer.writerow(["light", "method", "wrong", "covered", *said])
-        writer.writerows([*row, *said.values()] for row in measured)
 
 
 def summary(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[str, Any]]:
@@ -377,7 +371,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if scene is not None and not scene.cameras:
         parser.error(f"--scene must have a camera, {options.scene.name} has none")
     say("percentages are over the first row; the paper's are over its own optimized maps")
-    say_rows(misclassified(options.quick, options.output, count=options.lights, scene=scene))
+    command = None
+    if scene is not None:
+        command = f"python -m lixel.paper_tables.chong_gortler --scene {options.scene.name}"
+        command += " --quick" if options.quick else ""
+    rows = misclassified(
+        options.quick, options.output, count=options.lights, scene=scene, command=command
+    )
+    say_rows(rows)
 
 
 if __name__ == "__main__":
