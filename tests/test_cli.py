@@ -8,6 +8,7 @@ import pytest
 
 import lixel as lx
 from lixel import bench, cli, report
+from lixel.study import see_all
 
 SMALL = ["--size", "96x64"]
 
@@ -77,7 +78,7 @@ def test_views_replace_the_scenes_own(views_file):
 
 def test_a_scene_without_camera_is_seen_whole():
     scene = lx.scenes.plane_and_box()
-    camera = cli.see_all(scene)
+    camera = see_all(scene)
     low, high = scene.bounds
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
     local = (corners - camera.eye) @ camera.pose[:3, :3]

@@ -28,21 +28,22 @@ import numpy.typing as npt
 
 from ._core import DeviceError
 from .arguments import needs
-from .bench import _offset
+from .bench import ray_offset
 from .camera import Camera
-from .cli import Views, _make_method, _parameter, _size
 from .compare import compare
 from .frame import render_outputs
 from .kept import append, provenance, read
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import load
 from .methods import Method
+from .options import image_size, method_with, parameter
 from .random_views import random_lights
 from .receivers import Receivers
 from .reference import Reference, reference
 from .report import progress, say
 from .report import table as as_text
 from .scene import Scene
+from .views import Views
 
 METHODS = ("exact", "ray_traced", "shadow_volumes")
 KINDS = {"directional": DirectionalLight, "point": PointLight, "spot": SpotLight}
@@ -69,7 +70,7 @@ class Embree:
         self.mesh = TriangleMesh(
             self.traced, scene.vertices.astype(np.float32), scene.faces.astype(np.int32)
         )
-        self.offset = _offset(scene)
+        self.offset = ray_offset(scene)
 
     def shadows(self, seen: Receivers) -> npt.NDArray[np.float32]:
         """The visibility image of what the camera sees."""
@@ -115,7 +116,7 @@ def views(
 def method_of(text: str) -> Method:
     """A method from its name, and parameters after a colon: ``"cube+notw:lookup=depth"``."""
     name, _, given = text.partition(":")
-    return _make_method(name, None, [_parameter(part) for part in given.split(",") if part])
+    return method_with(name, None, [parameter(part) for part in given.split(",") if part])
 
 
 def _method_text(text: str) -> str:
@@ -235,7 +236,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m lixel.accuracy", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("folder", type=Path, help="with a scenes.json and the files that it lists")
-    parser.add_argument("--size", type=_size, default=(480, 270), metavar="WIDTHxHEIGHT")
+    parser.add_argument("--size", type=image_size, default=(480, 270), metavar="WIDTHxHEIGHT")
     parser.add_argument(
         "--random", type=int, default=6, metavar="N", help="random lights from each camera"
     )

@@ -191,7 +191,7 @@ def _mitsuba(scene: Scene, light: DirectionalLight) -> Render:
     parameters.update()
     traced = mi.load_dict({"type": "scene", "mesh": mesh})
     to_light = mi.Vector3f(*(-light.direction).tolist())
-    offset = _offset(scene)
+    offset = ray_offset(scene)
 
     def render(camera: Camera) -> Visibility:
         width, height = camera.width, camera.height
@@ -425,7 +425,7 @@ def _by_rays(
     normals = (normals / np.where(length > 0, length, 1)).astype(np.float32)
     anchors = corners[:, 0].astype(np.float32)
     to_light = (-light.direction).astype(np.float32)
-    offset = np.float32(_offset(scene))
+    offset = np.float32(ray_offset(scene))
 
     def render(camera: Camera) -> Visibility:
         directions = ray_directions(camera)
@@ -458,7 +458,7 @@ def ray_directions(camera: Camera) -> npt.NDArray[np.float32]:
     return np.asarray(directions.reshape(-1, 3), np.float32)
 
 
-def _offset(scene: Scene) -> float:
+def ray_offset(scene: Scene) -> float:
     """How far the peers' shadow rays start above the surface, so that it does not shadow itself:
     a few float32 steps of the largest coordinate."""
     return 1e-6 * float(np.abs(scene.bounds).max())

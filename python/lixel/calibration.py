@@ -22,7 +22,6 @@ import numpy as np
 
 from . import auto
 from .camera import Camera
-from .cli import Views
 from .compare import compare
 from .frame import render_outputs
 from .kept import append, provenance
@@ -35,6 +34,7 @@ from .report import progress
 from .report import table as as_text
 from .scene import Scene
 from .scenes import GENERATORS
+from .views import Views
 
 GENERATED: dict[str, dict[str, Any]] = {
     "plane_and_box": {},

@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 import argparse
-import ast
 import contextlib
-import inspect
-import json
-import math
 import multiprocessing
 import re
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from . import __version__, bench, demo, flicker, papers, plots, scenes, stress
+from . import __version__, bench, demo, flicker, papers, plots, stress
 from ._core import DeviceError
 from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
 from .kept import provenance
-from .light import DirectionalLight, Light, PointLight, SpotLight
-from .load import FORMATS, load
-from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
+from .light import Light
+from .load import FORMATS
+from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, method_from
+from .options import image_size, method_with, parameter
 from .report import milliseconds, say, table
 from .scene import Scene
-from .study import SUN, check_table_path, see_all, study
+from .study import check_table_path, study
 from .study import save as save_table
 from .study import summary as study_summary
+from .views import SIZE, built_in_scenes, scene_and_views
 
 DESCRIPTION = "Hard shadows with research shadow-map methods on the GPU, and how wrong each one is."
 
@@ -47,10 +43,6 @@ the light towards the scene; default: the first light, or a sun from above"""
 
 VIEWS_HELP = """file with cameras (eye, target, up, fov_y_deg) and lights (kind, direction) to use
 instead of the scene's own; in a list of such objects, the one whose "file" is the scene's name"""
-
-SIZE = (1920, 1080)
-
-Value = TypeVar("Value")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -141,7 +133,9 @@ def _parser() -> argparse.ArgumentParser:
 
     add = command("demo", _demo, "Render a built-in scene with every method, and judge each.")
     add.add_argument("--out", type=Path, default=Path("out"), metavar="FOLDER", help="default: out")
-    add.add_argument("--size", type=_size, default=SIZE, metavar="WxH", help="default: 1920x1080")
+    add.add_argument(
+        "--size", type=image_size, default=SIZE, metavar="WxH", help="default: 1920x1080"
+    )
 
     add = command(
         "bench", _bench,
@@ -229,7 +223,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_scene(add: argparse.ArgumentParser, default: str | None = None) -> None:
-    text = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(_built_in_scenes())}"
+    text = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(built_in_scenes())}"
     if default is None:
         add.add_argument("scene", metavar="FILE", help=text)
     else:
@@ -238,14 +232,14 @@ def _add_scene(add: argparse.ArgumentParser, default: str | None = None) -> None
     add.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
     add.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
     add.add_argument(
-        "--size", type=_size, metavar="WxH",
+        "--size", type=image_size, metavar="WxH",
         help="size of the image in pixels; default: the camera's own, or 1920x1080",
     )  # fmt: skip
 
 
 def _add_parameters(add: argparse.ArgumentParser, more: str = "") -> None:
     add.add_argument(
-        "--set", dest="parameters", action="append", default=[], type=_parameter,
+        "--set", dest="parameters", action="append", default=[], type=parameter,
         metavar="NAME=VALUE",
         help=f"another parameter of the method;{more} may be given more than once",
     )  # fmt: skip
@@ -258,7 +252,7 @@ def _render(options: argparse.Namespace) -> None:
     if Path(options.output).suffix.lower() not in (".png", ".npy"):
         # Now, rather than after the work.
         raise ValueError(f"output must end in .png or .npy, got {options.output!r}")
-    method = _make_method(options.method, options.resolution, options.parameters)
+    method = method_with(options.method, options.resolution, options.parameters)
     frame = render_frame(*_view(options), method)
     frame.save(options.output)
     print(f"{options.output}: {milliseconds(frame.timings)} ms")
@@ -268,7 +262,7 @@ def _compare(options: argparse.Namespace) -> None:
     scene, camera, light = _view(options)
     maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
     methods = [
-        _make_method(name, resolution, options.parameters)
+        method_with(name, resolution, options.parameters)
         for name in options.method or [n for n, method in maps.items() if method().takes(light)]
         for resolution in options.resolution or [None]
     ]
@@ -300,7 +294,7 @@ def _bench(options: argparse.Namespace) -> None:
     cameras: dict[str, dict[str, Camera]] = {}
     lights: dict[str, dict[str, Light]] = {}
     for name in names:
-        scene, views = _scene_and_views(name, options.views)
+        scene, views = scene_and_views(name, options.views)
         label = Path(name).stem
         if options.all_views:
             cameras[label], lights[label] = views.cameras, views.lights
@@ -351,7 +345,7 @@ def _bench_peers(options: argparse.Namespace, names: Sequence[str]) -> None:
     if len(names) > 1 or len(options.method or []) > 1 or len(options.resolution or []) > 1:
         raise ValueError("--peers must have one scene, one method and one resolution")
     options.scene = names[0]
-    method = _make_method(
+    method = method_with(
         (options.method or ["desired_view"])[0],
         (options.resolution or [2048])[0],
         options.parameters,
@@ -386,182 +380,10 @@ def _stress(options: argparse.Namespace) -> None:
 # --- What the arguments mean ---
 
 
-def _size(text: str) -> tuple[int, int]:
-    width, separator, height = text.lower().partition("x")
-    if not (separator and width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, got {text!r}")
-    return int(width), int(height)
-
-
-def _parameter(text: str) -> tuple[str, Any]:
-    name, separator, value = text.partition("=")
-    if not (separator and name):
-        raise argparse.ArgumentTypeError(f"must be NAME=VALUE, got {text!r}")
-    try:
-        return name, ast.literal_eval(value)
-    except (ValueError, SyntaxError):
-        return name, value  # no Python literal: a string
-
-
-def _make_method(
-    name: str, resolution: int | None, parameters: Sequence[tuple[str, Any]]
-) -> Method:
-    method = method_from(name)
-    values = dict(parameters)
-    if resolution is not None:
-        values["resolution"] = resolution
-    known = [f.name for f in fields(method)]
-    for key in values:
-        if key not in known:
-            raise ValueError(f"parameter of {name} must be one of {', '.join(known)}, got {key!r}")
-    return replace(method, **values)
-
-
-def _built_in_scenes() -> dict[str, Callable[[], Scene]]:
-    return {
-        name: made
-        for name, made in inspect.getmembers(scenes, inspect.isfunction)
-        if made.__module__ == scenes.__name__ and not name.startswith("_")
-    }
-
-
 def _view(options: argparse.Namespace) -> tuple[Scene, Camera, Light]:
     """The scene, camera and light that the arguments name."""
-    scene, views = _scene_and_views(options.scene, options.views)
+    scene, views = scene_and_views(options.scene, options.views)
     camera = views.camera(options.camera, scene)
     if options.size is not None:
         camera = camera.resized(*options.size)
     return scene, camera, views.light(options.light)
-
-
-def _scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
-    known = _built_in_scenes()
-    views = None if file is None else Views.read(file, Path(name).name)
-    if name in known:
-        scene = known[name]()
-    elif Path(name).suffix or Path(name).exists():
-        scene = load(name)
-    else:
-        raise ValueError(
-            f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(known)}, "
-            f"got {name!r}"
-        )
-    return scene, views or Views(dict(scene.cameras), dict(scene.lights))
-
-
-@dataclass(frozen=True)
-class Views:
-    """Cameras and lights by name, in order."""
-
-    cameras: dict[str, Camera] = field(default_factory=dict)
-    lights: dict[str, Light] = field(default_factory=dict)
-    # Lights that are listed but not of a kind that lixel has; they keep their place and name.
-    unsupported: dict[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def read(cls, path: Path, scene_name: str) -> Views:
-        """From a JSON file."""
-        try:
-            entry = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise ValueError(f"views must be a JSON file, got {str(path)!r}: {error}") from None
-        if isinstance(entry, list):
-            named = [e for e in entry if isinstance(e, dict) and e.get("file") == scene_name]
-            if not named:
-                raise ValueError(f"views {str(path)!r} has no entry whose file is {scene_name!r}")
-            entry = named[0]
-        try:
-            cameras = {
-                str(i): Camera.look_at(
-                    c["eye"],
-                    c["target"],
-                    c.get("up", (0.0, 1.0, 0.0)),
-                    yfov=math.radians(c["fov_y_deg"]),
-                    width=SIZE[0],
-                    height=SIZE[1],
-                )
-                for i, c in enumerate(entry.get("cameras", []))
-            }
-            lights: dict[str, Light] = {}
-            unsupported = {}
-            for i, light in enumerate(entry.get("lights", [])):
-                match light["kind"]:
-                    case "directional":
-                        lights[str(i)] = DirectionalLight(light["direction"])
-                    case "point":
-                        lights[str(i)] = PointLight(light["position"])
-                    case "spot":
-                        outer = math.radians(light["fov_deg"]) / 2
-                        spot = SpotLight(light["position"], light["direction"], outer)
-                        lights[str(i)] = spot
-                    case other:
-                        unsupported[str(i)] = other
-        except (AttributeError, KeyError, TypeError) as error:
-            raise ValueError(
-                f"views {str(path)!r} must hold cameras with eye, target and fov_y_deg, and lights "
-                f"with kind and direction: {type(error).__name__} {error}"
-            ) from None
-        return cls(cameras, lights, unsupported)
-
-    def camera(self, text: str | None, scene: Scene) -> Camera:
-        """The camera of a name, an index or a description; a suitable one for None."""
-        if text is None:
-            return next(iter(self.cameras.values()), None) or see_all(scene)
-        if ";" not in text:
-            return _pick("camera", text, self.cameras)
-        parts = text.split(";")
-        if len(parts) not in (3, 4):
-            raise ValueError(
-                f'camera must be "eye;target;yfov" or "eye;target;yfov;up", got {text!r}'
-            )
-        up = _point("camera up", parts[3]) if len(parts) == 4 else (0.0, 1.0, 0.0)
-        return Camera.look_at(
-            _point("camera eye", parts[0]),
-            _point("camera target", parts[1]),
-            up,
-            yfov=_angle(parts[2]),
-            width=SIZE[0],
-            height=SIZE[1],
-        )
-
-    def light(self, text: str | None) -> Light:
-        """The light of a name, an index or a direction; a suitable one for None."""
-        if text is None:
-            return next(iter(self.lights.values()), None) or DirectionalLight(SUN)
-        if "," in text:
-            return DirectionalLight(_point("light", text))
-        if text in self.unsupported:
-            kind = self.unsupported[text]
-            raise ValueError(f"light must be directional, point or spot, got {text}, a {kind}")
-        return _pick("light", text, self.lights)
-
-
-def _pick(what: str, text: str, known: Mapping[str, Value]) -> Value:
-    if text in known:
-        return known[text]
-    names = list(known)
-    if text.isdecimal() and int(text) < len(names):
-        return known[names[int(text)]]
-    have = f"one of {', '.join(names)}, by name or index" if names else "described: it has none"
-    raise ValueError(f"{what} must be {have}, got {text!r}")
-
-
-def _point(what: str, text: str) -> npt.NDArray[np.float64]:
-    try:
-        point = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        point = np.zeros(0)
-    if len(point) != 3:
-        raise ValueError(f"{what} must be three numbers x,y,z, got {text!r}")
-    return point
-
-
-def _angle(text: str) -> float:
-    degrees = text.strip().removesuffix("deg")
-    try:
-        angle = float(degrees)
-    except ValueError:
-        raise ValueError(
-            f"camera yfov must be radians, or degrees as in 60deg, got {text!r}"
-        ) from None
-    return angle if degrees == text.strip() else math.radians(angle)
