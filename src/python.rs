@@ -10,7 +10,7 @@ use crate::light::Light;
 use crate::methods::{Array, Method, OldMap, Parameters, Value};
 use crate::passes::work_items::Counters;
 use crate::reference::{self, Reference};
-use crate::render::{Outputs, Rendered, SceneCache, Stats, render as render_frame};
+use crate::render::{MOST_TOGETHER, Outputs, Rendered, SceneCache, Stats, render as render_frames};
 use crate::scene::Scene;
 use glam::{DMat4, DVec2, DVec3};
 use numpy::ndarray::{Array2, Array3, Array4};
@@ -364,15 +364,7 @@ fn render<'py>(
     outputs: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
     check_process()?;
-    let parameters = parameters
-        .iter()
-        .map(|(name, value)| {
-            let name: String = name.extract()?;
-            let value = value_from_python(&name, &value)?;
-            Ok((name, value))
-        })
-        .collect::<PyResult<Parameters>>()?;
-    let method = Method::new(method, parameters)?;
+    let method = method_from_python(method, parameters)?;
     let asks_for = |name: &str| outputs.iter().any(|output| output == name);
     let asks_for_aliasing = asks_for("aliasing_error");
     let asks_for_largest = asks_for("largest_aliasing_error");
@@ -390,7 +382,8 @@ fn render<'py>(
         py.detach(|| {
             let cache = &scene.cache;
             let scene = scene.read();
-            let rendered = render_frame(&scene, cache, camera, light, &method, wanted)?;
+            let rendered = render_frames(&scene, cache, camera, &[light], &method, wanted)?;
+            let rendered = rendered.into_iter().next().expect("one for each light");
             let layers = &rendered.layers;
             let seen = (asks_for_aliasing || asks_for_largest)
                 .then(|| reference::surface(&scene, camera, &rendered.triangle_id));
@@ -472,6 +465,45 @@ fn render<'py>(
     result.set_item("stats", stats_to_python(py, &stats)?)?;
     result.set_item("adapter", adapter_to_python(py, &adapter)?)?;
     Ok(result)
+}
+
+/// The visibility images of several lights, (lights, rows, columns).
+#[pyfunction]
+fn render_visibility<'py>(
+    py: Python<'py>,
+    scene: &PyScene,
+    camera: &PyCamera,
+    lights: Vec<PyRef<'py, PyLight>>,
+    method: &str,
+    parameters: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    check_process()?;
+    let method = method_from_python(method, parameters)?;
+    let camera = &camera.0;
+    let lights: Vec<&Light> = lights.iter().map(|light| &light.0).collect();
+    let mut visibility = Vec::with_capacity(lights.len() * camera.pixel_count());
+    for group in lights.chunks(MOST_TOGETHER) {
+        py.check_signals()?;
+        let (scene, cache) = (scene.read(), &scene.cache);
+        let outputs = Outputs::default();
+        let frames = py.detach(|| render_frames(&scene, cache, camera, group, &method, outputs))?;
+        visibility.extend(frames.into_iter().flat_map(|frame| frame.visibility));
+    }
+    let shape = (lights.len(), camera.height as usize, camera.width as usize);
+    let images = Array3::from_shape_vec(shape, visibility).expect("an image for each light");
+    Ok(PyArray3::from_owned_array(py, images))
+}
+
+fn method_from_python(name: &str, parameters: &Bound<PyDict>) -> PyResult<Method> {
+    let parameters = parameters
+        .iter()
+        .map(|(name, value)| {
+            let name: String = name.extract()?;
+            let value = value_from_python(&name, &value)?;
+            Ok((name, value))
+        })
+        .collect::<PyResult<Parameters>>()?;
+    Ok(Method::new(name, parameters)?)
 }
 
 #[pyfunction]
@@ -713,6 +745,7 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<PyLight>()?;
     module.add_function(wrap_pyfunction!(methods, module)?)?;
     module.add_function(wrap_pyfunction!(render, module)?)?;
+    module.add_function(wrap_pyfunction!(render_visibility, module)?)?;
     module.add_function(wrap_pyfunction!(surface, module)?)?;
     module.add_function(wrap_pyfunction!(reference_of_image, module)?)?;
     module.add_function(wrap_pyfunction!(brute_force, module)?)?;

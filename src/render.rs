@@ -104,24 +104,55 @@ impl DeviceScene {
     }
 }
 
-/// Renders the shadows of one light. The second call with the same scene and camera starts at the
-/// receivers.
+/// Frames that are better not recorded side by side in greater number: they are in memory at once.
+pub const MOST_TOGETHER: usize = 4;
+
+/// Renders the shadows of each light: what the camera sees is found once, and what the lights submit goes
+/// to the device together. The second call with the same scene and camera starts at the receivers.
 pub fn render(
     scene: &Scene,
     cache: &SceneCache,
     camera: &Camera,
-    light: &Light,
+    lights: &[&Light],
     method: &Method,
     outputs: Outputs,
-) -> Result<Rendered> {
+) -> Result<Vec<Rendered>> {
     let gpu = gpu::gpu()?;
     check_image(&gpu, camera)?;
     let mut cached = lock(&cache.0);
-    let device_scene = DeviceScene::prepare(&mut cached, &gpu, scene)?;
+    one_by_one_where_short(lights, |lights| {
+        render_together(&gpu, scene, &mut cached, camera, lights, method, outputs)
+    })
+}
+
+/// What the work makes of all items at once, or of one at a time: there may be memory for that.
+fn one_by_one_where_short<T, R>(
+    items: &[T],
+    mut work: impl FnMut(&[T]) -> Result<Vec<R>>,
+) -> Result<Vec<R>> {
+    match work(items) {
+        Err(Error::Device(_)) if items.len() > 1 => {
+            let made = items.chunks(1).map(work).collect::<Result<Vec<_>>>()?;
+            Ok(made.into_iter().flatten().collect())
+        }
+        outcome => outcome,
+    }
+}
+
+fn render_together(
+    gpu: &Arc<Gpu>,
+    scene: &Scene,
+    cached: &mut Option<DeviceScene>,
+    camera: &Camera,
+    lights: &[&Light],
+    method: &Method,
+    outputs: Outputs,
+) -> Result<Vec<Rendered>> {
+    let device_scene = DeviceScene::prepare(cached, gpu, scene)?;
     // Each try makes room for what the last one lacked; a third is only needed where the map's list
     // grows after the visibility buffer's did, and some more where triangles are split.
     for _ in 0..8 {
-        match try_render(device_scene, scene, camera, light, method, outputs) {
+        match try_render(device_scene, scene, camera, lights, method, outputs) {
             Ok(Some(rendered)) => return Ok(rendered),
             Ok(None) => device_scene.visibility = None,
             Err(error) => {
@@ -150,12 +181,12 @@ fn try_render(
     device_scene: &mut DeviceScene,
     scene: &Scene,
     camera: &Camera,
-    light: &Light,
+    lights: &[&Light],
     method: &Method,
     outputs: Outputs,
-) -> Result<Option<Rendered>> {
+) -> Result<Option<Vec<Rendered>>> {
     let gpu = device_scene.gpu.clone();
-    let mut frame = Frame::new(&gpu);
+    let mut frames = Frame::together(&gpu, lights.len());
     let inputs = Inputs {
         scene: &device_scene.tables,
         camera,
@@ -164,37 +195,80 @@ fn try_render(
         .visibility
         .take()
         .filter(|(known, _)| known == camera && gpu::skips());
-    let is_known = known.is_some();
-    let (visibility_buffer, counters) = match known {
+    let (visibility_buffer, mut counters) = match known {
         Some((_, buffer)) => (buffer, None),
         None => {
-            let rasterized = visibility::visibility(&mut frame, inputs)?;
+            let first = &mut frames[0];
+            let rasterized = visibility::visibility(first, inputs)?;
+            if lights.len() > 1 {
+                first.send();
+            }
             (rasterized.texels, Some(rasterized.counters))
         }
     };
-    let mut view = View::new(
-        frame,
-        inputs,
-        scene,
-        light,
-        &visibility_buffer,
-        outputs.shadow_map,
-    );
-    if let Some(counters) = counters {
-        view.keep_counters(visibility::LABEL, counters);
-    }
-    if is_known {
-        view.skip(visibility::LABEL);
-    }
+    let views: Vec<_> = frames
+        .into_iter()
+        .zip(lights)
+        .map(|(frame, light)| {
+            let draws_whole_maps = outputs.shadow_map;
+            let buffer = &visibility_buffer;
+            let mut view = View::new(frame, inputs, scene, light, buffer, draws_whole_maps);
+            match counters.take() {
+                Some(counters) => view.keep_counters(visibility::LABEL, counters),
+                None => view.skip(visibility::LABEL),
+            }
+            view
+        })
+        .collect();
+    let record = |view| record(view, &visibility_buffer, method, outputs);
+    let rendered = side_by_side(views, record)
+        .into_iter()
+        .collect::<Result<_>>()?;
+    device_scene.visibility = Some((camera.clone(), visibility_buffer));
+    Ok(rendered)
+}
 
+/// What the work makes of each item, each on a thread of its own; they may wait for each other.
+fn side_by_side<T: Send, R: Send>(
+    items: Vec<T>,
+    work: impl Fn(T) -> Result<R> + Sync,
+) -> Vec<Result<R>> {
+    if items.len() == 1 {
+        return items.into_iter().map(work).collect();
+    }
+    let work = &work;
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = items
+            .into_iter()
+            .map(|item| std::thread::Builder::new().spawn_scoped(scope, move || work(item)))
+            .collect();
+        let outcomes = threads.into_iter().map(|thread| match thread {
+            Ok(thread) => thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+            Err(error) => Err(Error::Device(format!("no thread for a light: {error}"))),
+        });
+        outcomes.collect()
+    })
+}
+
+/// Records and submits the frame of one light, and reads it back. `None` where a work list was too short.
+fn record(
+    mut view: View,
+    visibility_buffer: &PooledBuffer,
+    method: &Method,
+    outputs: Outputs,
+) -> Result<Option<Rendered>> {
     let Recorded { visibility, layers } = method.record(&mut view)?;
 
-    let pixels = camera.pixel_count();
+    let (scene, pixels) = (view.scene, view.camera.pixel_count());
+    let tables = view.tables();
     let frame = view.frame();
+    let gpu = frame.gpu.clone();
     let visibility = frame.read::<f32>(Source::Taken(visibility), pixels)?;
     let keys = outputs
         .triangle_id
-        .then(|| frame.read::<u64>(Source::Kept(&visibility_buffer), pixels))
+        .then(|| frame.read::<u64>(Source::Kept(visibility_buffer), pixels))
         .transpose()?;
     let mut rendered_layers = Vec::new();
     let mut maps = Vec::new();
@@ -238,7 +312,7 @@ fn try_render(
     let results = view.submit()?;
     let finished = view.finish();
     for (label, counters) in &finished.counters {
-        if !had_room(&gpu, &device_scene.tables, label, counters)? {
+        if !had_room(&gpu, tables, label, counters)? {
             return Ok(None);
         }
     }
@@ -286,7 +360,7 @@ fn try_render(
         }
         None => Vec::new(),
     };
-    let rendered = Rendered {
+    Ok(Some(Rendered {
         visibility: results.take(&visibility)?,
         triangle_id,
         shadow_map,
@@ -305,10 +379,7 @@ fn try_render(
         layers,
         timings: finished.frame.timings(),
         adapter: gpu.adapter.clone(),
-    };
-    drop(results);
-    device_scene.visibility = Some((camera.clone(), visibility_buffer));
-    Ok(Some(rendered))
+    }))
 }
 
 fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
@@ -351,6 +422,25 @@ mod tests {
     }
 
     #[test]
+    fn what_has_no_room_together_is_done_one_by_one() {
+        let mut calls = Vec::new();
+        let mut work = |items: &[i32]| {
+            calls.push(items.len());
+            match items {
+                [0] => Err(Error::Value("zero".to_string())),
+                [one] => Ok(vec![-one]),
+                _ => Err(Error::Device("no memory".to_string())),
+            }
+        };
+        assert_eq!(
+            one_by_one_where_short(&[1, 2, 3], &mut work),
+            Ok(vec![-1, -2, -3])
+        );
+        assert!(one_by_one_where_short(&[1, 0], &mut work).is_err());
+        assert_eq!(calls, [3, 1, 1, 1, 2, 1, 1]);
+    }
+
+    #[test]
     fn casters_in_parts_cast_the_same_shadows() {
         let scene = floor_and_squares();
         let looking_down = DQuat::from_rotation_x(-FRAC_PI_2);
@@ -367,7 +457,8 @@ mod tests {
         let cache = SceneCache::default();
         let render = || {
             let outputs = Outputs::default();
-            render(&scene, &cache, &camera, &light, &method, outputs).unwrap()
+            let rendered = render(&scene, &cache, &camera, &[&light], &method, outputs);
+            rendered.unwrap().remove(0)
         };
         let whole = render();
         let in_shadow = whole.visibility.iter().filter(|v| **v == 0.0).count();

@@ -158,10 +158,15 @@ def test_large_and_small_frames_in_turn():
 
 def test_a_list_of_lights_gives_a_layer_for_each(view):
     scene, camera, sun = view
-    lights = [sun, lx.PointLight((2.0, 6.0, 1.0)), lx.DirectionalLight((0.0, -1.0, 0.3))]
-    for method in ("desired_view", "exact", "ray_traced"):
+    # More than are rendered at a time, and one that no surface faces.
+    suns = [lx.DirectionalLight((x, -1.0, 0.3)) for x in (-0.4, -0.2, 0.0, 0.5)]
+    lights = [sun, *suns, lx.DirectionalLight((0.0, 1.0, 0.0)), lx.PointLight((2.0, 6.0, 1.0))]
+    names = ("desired_view", "scene_optimized", "notw", "exact", "ray_traced", "shadow_volumes")
+    for method in names:
+        # Moved vertices: nothing is known of what the camera sees.
+        scene.update_vertices(scene.vertices)
         layers = lx.render_shadows(scene, camera, lights, method)
-        assert layers.shape == (3, camera.height, camera.width)
+        assert layers.shape == (7, camera.height, camera.width)
         assert layers.dtype == np.float32
         for layer, light in zip(layers, lights, strict=True):
             assert layer.tobytes() == lx.render_shadows(scene, camera, light, method).tobytes()

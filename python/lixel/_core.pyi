@@ -19,6 +19,7 @@ __all__ = [
     "methods",
     "reference",
     "render",
+    "render_visibility",
     "surface",
 ]
 
@@ -106,6 +107,15 @@ class Light:
 
 def methods() -> list[dict[str, Any]]:
     """The one list: `name`, `title`, `citation` and `parameters` (name to default) of each."""
+
+def render_visibility(
+    scene: Scene,
+    camera: Camera,
+    lights: Sequence[Light],
+    method: str,
+    parameters: dict[str, Any],
+) -> npt.NDArray[np.float32]:
+    """Visibility images (lights, H, W) by one method; lights submit their work together."""
 
 def render(
     scene: Scene,

@@ -159,7 +159,8 @@ def render_shadows(
 ) -> npt.NDArray[np.float32]:
     """Which pixels the light, or each of several lights, reaches.
 
-    Several lights share the pass that finds what the camera sees.
+    Several lights share the pass that finds what the camera sees, and submit their work together;
+    with ``"auto"`` each has its turn.
 
     Parameters
     ----------
@@ -194,12 +195,7 @@ def render_shadows(
     method = _bounded(method, max_error=max_error, max_ms=max_ms)
     # A direction is a sequence too, and no light.
     if isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS)):
-        instance("camera", camera, Camera)
-        visibility = np.empty((len(light), camera.height, camera.width), np.float32)
-        for layer, one in zip(visibility, light, strict=True):
-            _, results = render_outputs(scene, camera, one, method, ("visibility",))
-            layer[:] = results["visibility"]
-        return visibility
+        return _of_several(scene, camera, light, method_from(method))
     _, results = render_outputs(scene, camera, cast(Light, light), method, ("visibility",))
     visibility = results["visibility"]
     return visibility
@@ -233,6 +229,24 @@ def render(
     method = _bounded(method, max_error=max_error, max_ms=max_ms)
     chosen, results = render_outputs(scene, camera, light, method, _OUTPUTS)
     return Frame(scene=scene, camera=camera, light=light, method=chosen, **results)
+
+
+def _of_several(
+    scene: Scene, camera: Camera, lights: Sequence[Light], method: Method
+) -> npt.NDArray[np.float32]:
+    instance("scene", scene, Scene)
+    instance("camera", camera, Camera)
+    for light in lights:
+        instance("light", light, *LIGHTS)
+    if isinstance(method, Auto) or not lights:
+        outputs = ("visibility",)
+        found = [render_outputs(scene, camera, light, method, outputs) for light in lights]
+        images = [results["visibility"] for _, results in found]
+        return np.array(images, np.float32).reshape(-1, camera.height, camera.width)
+    cores = [light._core_light() for light in lights]
+    return _core.render_visibility(
+        scene._core, camera._core_for(scene), cores, method.name, method.parameters()
+    )
 
 
 def render_outputs(

@@ -1,6 +1,7 @@
 //! A frame: passes recorded in order, each with a label that is also its timer's key.
 
 use super::Gpu;
+use super::gathering::Member;
 use super::pool::{self, PooledBuffer};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
@@ -20,6 +21,7 @@ const MOST_PASSES: u32 = 2048;
 /// answer in between.
 pub struct Frame {
     pub gpu: Arc<Gpu>,
+    member: Member,
     encoder: wgpu::CommandEncoder,
     queries: Option<wgpu::QuerySet>,
     labels: Vec<&'static str>,
@@ -87,7 +89,14 @@ pub enum Groups<'a> {
 }
 
 impl Frame {
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
+    /// Frames to be recorded side by side, each on its thread: none is submitted before the others are, or
+    /// are dropped.
+    pub fn together(gpu: &Arc<Gpu>, count: usize) -> Vec<Self> {
+        let members = Member::gather(gpu, count).into_iter();
+        members.map(|member| Self::new(gpu, member)).collect()
+    }
+
+    pub(super) fn new(gpu: &Arc<Gpu>, member: Member) -> Self {
         let queries = gpu.has_timestamps().then(|| {
             gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
@@ -97,6 +106,7 @@ impl Frame {
         });
         Self {
             gpu: gpu.clone(),
+            member,
             encoder: new_encoder(gpu),
             queries,
             labels: Vec::new(),
@@ -298,9 +308,15 @@ impl Frame {
 
     /// Has what was recorded done; what fails there shows at the next `submit`.
     fn submit_recorded(&mut self) {
+        self.send();
+        let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+
+    /// Sends what was recorded on its way, before whatever another frame submits from now on. Does not
+    /// wait.
+    pub fn send(&mut self) {
         let encoder = std::mem::replace(&mut self.encoder, new_encoder(&self.gpu));
         self.gpu.queue.submit([encoder.finish()]);
-        let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
     }
 
     /// Marks the first `count` elements of a storage buffer to be read after the next submission;
@@ -337,22 +353,8 @@ impl Frame {
     pub fn submit(&mut self) -> Result<ReadResults> {
         let stamps = self.resolve_timestamps()?;
         let encoder = std::mem::replace(&mut self.encoder, new_encoder(&self.gpu));
-        let submission = self.gpu.queue.submit([encoder.finish()]);
-        for buffer in &self.reads {
-            // A failure shows when the range is taken.
-            buffer.map_async(wgpu::MapMode::Read, .., |_| ());
-        }
-        let waited = self.gpu.device.poll(wgpu::PollType::Wait {
-            submission_index: Some(submission),
-            timeout: None,
-        });
-        let outcome = self.gpu.take_error().and_then(|()| {
-            waited.map_err(|error| {
-                let name = &self.gpu.adapter.name;
-                Error::Device(format!("waiting for the device {name} failed: {error}"))
-            })
-        });
-        if let Err(error) = outcome {
+        let reads = self.reads.iter().map(|buffer| (**buffer).clone());
+        if let Err(error) = self.member.submit(encoder.finish(), reads) {
             self.reads.drain(..).for_each(PooledBuffer::discard);
             self.gpu.forget();
             return Err(error);
@@ -442,7 +444,7 @@ mod tests {
     /// A frame that clears and reads a buffer, which comes back to the pool; and perhaps clears one that
     /// is no more.
     fn clear_and_read(gpu: &Arc<Gpu>, is_broken: bool) -> Result<Vec<u32>> {
-        let mut frame = Frame::new(gpu);
+        let mut frame = Frame::together(gpu, 1).remove(0);
         let buffer = frame.storage("buffer", 4 * COUNT as u64)?;
         frame.clear(&buffer);
         let read = frame.read(Source::Taken(buffer), COUNT)?;

@@ -1,6 +1,7 @@
 //! The device: one adapter for the process, its pipelines and its memory.
 
 pub mod frame;
+mod gathering;
 pub mod pool;
 pub mod scene_tables;
 pub mod shaders;

@@ -10,8 +10,9 @@
 //! Parameters: those of every map, and `samples`, `optimizer`, `sample_resolution`, `margin`,
 //! `previous`.
 //!
-//! Limits: a second map is drawn to find the boundaries, and the CPU waits for the GPU twice; a shadow
-//! that no sample meets may be off the map, and counts as lit.
+//! Limits: a second map is drawn to find the boundaries, and the CPU waits for the GPU twice (lights
+//! that are rendered together share these waits); a shadow that no sample meets may be off the map, and
+//! counts as lit.
 
 use super::matrix_fit::{
     MARGIN, Part, SAMPLE_RESOLUTION, parts_of_receivers, projection, take_margin,

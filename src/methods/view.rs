@@ -5,6 +5,7 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::frame::{Frame, Read, ReadResults, Source};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::skips;
 use crate::light::Light;
 use crate::passes::boundary::{self, BoundaryWeights};
@@ -515,6 +516,11 @@ impl<'a> View<'a> {
     /// Counters to be taken after the next submission.
     pub(crate) fn keep_counters(&mut self, label: &'static str, counters: Read<Counters>) {
         self.pending.push((label, vec![counters]));
+    }
+
+    /// The scene on the device.
+    pub(crate) fn tables(&self) -> &'a SceneTables {
+        self.inputs.scene
     }
 
     /// The frame that is being recorded.
