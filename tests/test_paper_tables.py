@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+import json
+
 import numpy as np
 import pytest
 
@@ -75,6 +78,21 @@ def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp
     assert len(truths) == 1
     assert path.read_text() == whole
     assert capsys.readouterr().out == printed
+
+
+def test_another_scene_is_seen_by_the_camera_of_its_views(tmp_path, capsys):
+    camera = {"eye": [0, 500, 0], "target": [0, 0, 0], "up": [0, 0, 1], "fov_y_deg": 60}
+    (tmp_path / "views.json").write_text(json.dumps({"cameras": [camera]}))
+    given = ["--scene", "plane_and_box", "--views", str(tmp_path / "views.json")]
+    chong_gortler.main([*given, "--quick", "--lights", "1", "-o", str(tmp_path)])
+    with (tmp_path / "chong-1.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    # From so high it is small.
+    assert all(0 < int(row["covered"]) < 1000 for row in rows)
+    assert rows[0]["command"].endswith("--scene plane_and_box --views views.json --quick")
+    with pytest.raises(SystemExit):
+        chong_gortler.main(given[2:])
+    assert "--views must come with --scene" in capsys.readouterr().err
 
 
 def test_a_folder_of_another_experiment_is_refused(small, tmp_path):

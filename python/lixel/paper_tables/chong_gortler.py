@@ -9,13 +9,15 @@ number of lights and the size of the map, and where it goes.
 
 `lixel papers chong-1 chong-2 chong-3` measures them; Table 1 for other scenes and more lights:
 
-    python -m lixel.paper_tables.chong_gortler --scene sponza.glb --lights 100 -o results
+    python -m lixel.paper_tables.chong_gortler --scene sponza.glb --views scenes.json --lights 100
+        -o results
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +33,6 @@ from ..compare import compare
 from ..frame import render, render_shadows
 from ..kept import append, provenance, read
 from ..light import DirectionalLight, Light
-from ..load import load
 from ..methods import (
     Cascades,
     DesiredView,
@@ -51,6 +52,7 @@ from ..report import table as as_text
 from ..scene import Scene
 from ..scenes import objects_on_floor
 from ..study import save
+from ..views import scene_and_views
 
 SEED = 2007
 
@@ -136,6 +138,7 @@ def misclassified(
     *,
     count: int | None = None,
     scene: Scene | None = None,
+    camera: Camera | None = None,
     command: str | None = None,
 ) -> list[dict[str, Any]]:
     """Table 1.
@@ -151,7 +154,9 @@ def misclassified(
     count : int, optional
         Lights, if not as many.
     scene : Scene, optional
-        Another scene, seen by its first camera.
+        Another scene.
+    camera : Camera, optional
+        What looks at it, the scene's first if None.
     command : str, optional
         What the rows of the folder say made them, if not `lixel papers`; rows of another command
         are refused.
@@ -168,7 +173,7 @@ def misclassified(
         scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     command = command or f"lixel papers chong-1{' --quick' if quick else ''}"
     side, resolution = (375, 200) if quick else (750, 400)
-    camera = next(iter(scene.cameras.values())).resized(side, side)
+    camera = (camera or next(iter(scene.cameras.values()))).resized(side, side)
     rows = methods(resolution)
     chosen = lights(count or (25 if quick else 500))
     path = None if folder is None else folder / "chong-1.csv"
@@ -207,7 +212,7 @@ def summary(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[s
         {
             "method": name,
             "wrong pixels": int(total),
-            "% more": float(100.0 * (total / totals[0] - 1.0)),
+            "% more": _percent_more(total, totals[0]),
             "mean of the worst tenth": float(np.sort(counts)[-worst:].mean()),
         }
         for name, total, counts in zip(names, totals, wrong, strict=True)
@@ -227,10 +232,15 @@ def layout(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[st
             means = counts[:, columns].mean(axis=1)
             row: dict[str, Any] = {"fits": fits, "lights": place}
             for name, mean, theirs in zip(COLUMNS, means, paper, strict=True):
-                more = 100.0 * (mean / means[0] - 1.0)
+                more = _percent_more(mean, means[0])
                 row[name] = f"{mean:,.0f}, {more:+.0f} % ({theirs:+.0f} %)"
             rows.append(row)
     return rows
+
+
+def _percent_more(wrong: float, first: float) -> float:
+    """Not a number where the first has no wrong pixels."""
+    return 100.0 * (float(wrong) / float(first) - 1.0) if first else math.nan
 
 
 def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[str, Any]]:
@@ -359,7 +369,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--quick", action="store_true", help="smaller images and maps, 25 lights")
     parser.add_argument("--lights", type=int, metavar="N", help="default: 500, quick 25")
-    parser.add_argument("--scene", type=Path, metavar="FILE", help="in place of objects on a floor")
+    parser.add_argument("--scene", metavar="SCENE", help="in place of objects on a floor")
+    parser.add_argument(
+        "--views", type=Path, metavar="FILE", help="with the scene's cameras, as for `lixel render`"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FOLDER",
         help="write what was counted for each light into this folder, and go on there after a stop",
@@ -367,16 +380,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if options.lights is not None and options.lights < 1:
         parser.error(f"--lights must be at least 1, got {options.lights}")
-    scene = None if options.scene is None else load(options.scene)
-    if scene is not None and not scene.cameras:
-        parser.error(f"--scene must have a camera, {options.scene.name} has none")
-    say("percentages are over the first row; the paper's are over its own optimized maps")
-    command = None
-    if scene is not None:
-        command = f"python -m lixel.paper_tables.chong_gortler --scene {options.scene.name}"
+    if options.views is not None and options.scene is None:
+        parser.error("--views must come with --scene")
+    scene, camera, command = None, None, None
+    if options.scene is not None:
+        scene, views = scene_and_views(options.scene, options.views)
+        camera = views.camera(None, scene)
+        command = "python -m lixel.paper_tables.chong_gortler"
+        command += f" --scene {Path(options.scene).name}"
+        command += f" --views {options.views.name}" if options.views is not None else ""
         command += " --quick" if options.quick else ""
+    say("percentages are over the first row; the paper's are over its own optimized maps")
     rows = misclassified(
-        options.quick, options.output, count=options.lights, scene=scene, command=command
+        options.quick,
+        options.output,
+        count=options.lights,
+        scene=scene,
+        camera=camera,
+        command=command,
     )
     say_rows(rows)
 
