@@ -484,9 +484,10 @@ fn render_visibility<'py>(
     let mut visibility = Vec::with_capacity(lights.len() * camera.pixel_count());
     for group in lights.chunks(MOST_TOGETHER) {
         py.check_signals()?;
-        let (scene, cache) = (scene.read(), &scene.cache);
-        let outputs = Outputs::default();
-        let frames = py.detach(|| render_frames(&scene, cache, camera, group, &method, outputs))?;
+        let frames = py.detach(|| {
+            let (scene, cache) = (scene.read(), &scene.cache);
+            render_frames(&scene, cache, camera, group, &method, Outputs::default())
+        })?;
         visibility.extend(frames.into_iter().flat_map(|frame| frame.visibility));
     }
     let shape = (lights.len(), camera.height as usize, camera.width as usize);

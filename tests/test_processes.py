@@ -66,6 +66,9 @@ def test_vertices_may_move_while_others_render(view):
         for _ in range(20):
             seen = lx.render_shadows(scene, camera, light, "ray_traced").tobytes()
             assert seen in pictures
+            first, second = lx.render_shadows(scene, camera, [light, light], "ray_traced")
+            assert first.tobytes() == second.tobytes()
+            assert first.tobytes() in pictures
     finally:
         stop.set()
         mover.join()
