@@ -907,6 +907,66 @@ mod tests {
         }
     }
 
+    /// The rectangle between two corners along x, over z, where y is a function of z.
+    fn strip(x: [f64; 2], z: [f64; 2], y: impl Fn(f64) -> f64) -> [[DVec3; 3]; 2] {
+        let corner = |x: f64, z: f64| DVec3::new(x, y(z), z);
+        let [a, b, c, d] = [
+            corner(x[0], z[0]),
+            corner(x[1], z[0]),
+            corner(x[1], z[1]),
+            corner(x[0], z[1]),
+        ];
+        [[a, b, c], [a, c, d]]
+    }
+
+    #[test]
+    fn the_flatter_a_surface_is_seen_the_wider_are_the_ties_of_its_shadow() {
+        // The central ray meets the receiver at z = -4, at a thousandth of a right angle, so that rounding
+        // moves it along z by a thousand times as much; above it the caster ends near there.
+        let answer = |edge: f64| {
+            let receiver = strip([-1.3, 0.7], [-5.0, -3.0], |z| -1e-3 * (z + 4.0));
+            let caster = strip([-1.3, 0.9], [-4.0 + edge, -2.0], |_| 1.0);
+            let scene = scene(&[receiver, caster].concat());
+            let light = sun(DVec3::NEG_Y);
+            let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 21), &light);
+            (truth.visibility[220], truth.tie[220])
+        };
+        assert_eq!(answer(0.02), (1.0, false));
+        assert_eq!(answer(-0.02), (0.0, false));
+        assert!(answer(5e-4).1 && answer(-5e-4).1);
+    }
+
+    #[test]
+    fn a_ridge_is_no_tie_of_its_shadow() {
+        // It passes the ray of column 10 within rounding; either side is lit, and none shadows the other.
+        for x in [0.0, 2e-7, -2e-7] {
+            let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+            let side = |far: f64| {
+                let [a, b] = [corner(x, -9.0, -4.0), corner(x, 9.0, -4.0)];
+                let [c, d] = [corner(far, 9.0, -5.0), corner(far, -9.0, -5.0)];
+                [[a, b, c], [a, c, d]]
+            };
+            let scene = scene(&[side(-3.0), side(3.0)].concat());
+            let light = sun(DVec3::new(0.1, -0.2, -1.0));
+            let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 21), &light);
+            let pixel = 8 * 21 + 10;
+            assert!(truth.triangle_tie[pixel] && !truth.tie[pixel], "{x}");
+            assert_eq!(truth.visibility[pixel], 1.0);
+        }
+    }
+
+    #[test]
+    fn a_surface_edge_on_to_the_eye_may_be_seen_from_either_side() {
+        // Behind it is a lit wall. Which side of the first one is seen decides whether it is lit.
+        let edge_on = strip([-1.3, 0.7], [-5.0, -3.0], |_| 0.0);
+        let scene = scene(&[edge_on, square(0.3, 0.0, -6.0, 9.0)].concat());
+        for y in [-1.0, 1.0] {
+            let light = sun(DVec3::new(0.0, y, -1.0));
+            let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 21), &light);
+            assert!(truth.triangle_tie[220] && truth.tie[220], "{y}");
+        }
+    }
+
     #[test]
     fn depths_outside_the_camera_range_are_not_seen() {
         let corners: Vec<_> = [-1.0, -2.0, -3.0]

@@ -337,6 +337,50 @@ def test_a_constant_bias_of_nothing_is_full_of_acne(method):
     assert np.mean(visibility[~np.isnan(visibility)] == 0.0) > 0.2
 
 
+@pytest.mark.parametrize("method", [lx.Uniform, lx.DesiredView])
+@pytest.mark.parametrize("azimuth", [0.0, 0.3, 2.0, 4.5])
+def test_a_slope_bias_takes_off_what_a_texel_rises(method, azimuth):
+    vertices, faces = grid(1)
+    camera = lx.Camera.look_at((0.2, 1.5, 1.9), (0, 0, 0), yfov=1.0, width=WIDTH, height=HEIGHT)
+    for seed in range(4):
+        rotation = turn(seed)
+        scene = lx.Scene(vertices @ rotation.T, faces)
+        seen_by = camera.posed(np.block([[rotation, np.zeros((3, 1))], [0, 0, 0, 1]]) @ camera.pose)
+        for degrees in (60, 30, 10, 3):
+            low = math.radians(degrees)
+            across = math.cos(low) * np.array((math.cos(azimuth), 0.0, math.sin(azimuth)))
+            light = lx.DirectionalLight(rotation @ (across - (0.0, math.sin(low), 0.0)))
+            chosen = method(resolution=64, lookup="depth", bias="slope")
+            visibility = lx.render_shadows(scene, seen_by, light, chosen)
+            assert np.count_nonzero(visibility == 1.0) > 0.1 * WIDTH * HEIGHT
+            assert not (visibility == 0.0).any(), (seed, degrees)
+
+
+@pytest.mark.parametrize("method", [lx.Uniform, lx.DesiredView])
+@pytest.mark.parametrize("light", [(0.3, -1.0, 0.2), "lamp"])
+def test_the_automatic_bias_spares_hills_whose_triangles_are_smaller_than_texels(method, light):
+    """Neighbours' planes differ: with the receiver's plane alone a third of the lit pixels are in
+    false shadow."""
+    scene = lx.scenes.terrain(cells=200)
+    camera = scene.cameras["default"].resized(160, 90)
+    lamp = lx.PointLight(np.add(camera.eye, (0.5, 1.0, 0.7)))
+    chosen = lamp if light == "lamp" else lx.DirectionalLight(light)
+    truth = lx.reference(scene, camera, chosen)
+    false_shadow = {
+        bias: lx.compare(
+            lx.render_shadows(
+                scene, camera, chosen, method(resolution=128, lookup="depth", bias=bias)
+            ),
+            truth,
+        ).false_shadow_count
+        for bias in ("auto", "receiver_plane")
+    }
+    lit = np.count_nonzero(truth.visibility == 1.0)
+    assert false_shadow["receiver_plane"] > 0.2 * lit
+    # Close to the lamp a texel of the cube's faces is seen at a grazing angle.
+    assert false_shadow["auto"] <= (0.03 * lit if light == "lamp" else 0)
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("resolution", [64, 256, 1024])
 @pytest.mark.parametrize("direction", [(0.2, -1, -1), (0.0, -0.3, -1), (0.5, -3, -1)])

@@ -1,0 +1,230 @@
+"""Mutants of the formulas that errors hide in: each is put in, and tests must fail.
+
+`python tests/mutants.py -o docs/results/stability/mutants.csv` copies the project to
+target/mutants, changes one formula at a time, builds, and runs the tests named with it: a minute or
+two each. A mutant that survives is a gap in the tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from lixel.kept import provenance
+
+ROOT = Path(__file__).parent.parent
+
+COLUMNS = ("subject", "mutant", "file", "killed", "by", "device", "driver", "date", "command")
+
+# Options of `cargo test`, or of pytest.
+REFERENCE = ("cargo", "--lib", "reference")
+BIAS = (
+    "pytest", "tests/test_shadow_maps.py", "-k",
+    "(never_shadows or acne or slope or spares or no_gap) and (Uniform or DesiredView)",
+)  # fmt: skip
+WARPS = (
+    "pytest", "tests/test_warps.py", "tests/test_shadow_maps.py", "-k",
+    "test_warps or ((texel_holds or never_shadows_itself) and Warp)",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A text of a file that stands there once, and what it becomes."""
+
+    subject: str
+    name: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+# On Linux and on macOS.
+LIBRARIES = ("lib_core.so", "lib_core.dylib")
+
+LOOKUP = "shaders/lookup.wgsl"
+GRID = "shaders/warp/grid.wgsl"
+TABLES = "shaders/warp_map.wgsl"
+TRUTH = "src/reference.rs"
+PARAMETERS = "src/methods/parameters.rs"
+
+MUTANTS = (
+    Mutant(
+        "bias", "is added to the plane, not taken off", LOOKUP,
+        "nearer += i32(depth_from_z(projection, plane - bias)",
+        "nearer += i32(depth_from_z(projection, plane + bias)", BIAS,
+    ),
+    Mutant(
+        "bias", "knows the slope along one axis", LOOKUP,
+        "receivers.slope_bias * (abs(slope.x) + abs(slope.y))",
+        "receivers.slope_bias * abs(slope.x)", BIAS,
+    ),
+    Mutant(
+        "bias", "of rounding is left out", LOOKUP,
+        "let rounding = receivers.rounding * world_slope;", "let rounding = 0.0;", BIAS,
+    ),
+    Mutant(
+        "bias", "does not grow with the texel's beam", LOOKUP,
+        "receivers.beam_bias * beam_growth(projection, receiver.q)", "receivers.beam_bias * 0.0",
+        BIAS,
+    ),
+    Mutant(
+        "bias", "the receiver's plane is flat", LOOKUP,
+        "step * receivers.receiver_plane, TEXEL_REACH", "vec2<f32>(0.0), TEXEL_REACH", BIAS,
+    ),
+    Mutant(
+        "bias", "automatic is none", PARAMETERS,
+        "self.constant_bias.map_or(texel_width, |_| 0.0)",
+        "self.constant_bias.map_or(0.0 * texel_width, |_| 0.0)", BIAS,
+    ),
+    Mutant(
+        "warp inverse", "takes a texel's corner for its centre", TABLES,
+        "let target_value = (f32(texel) + 0.5) / f32(axis.texels);",
+        "let target_value = f32(texel) / f32(axis.texels);", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "stops a cell early", TABLES,
+        "if b < target_value && cell + 1u < axis.cells",
+        "if b < target_value && cell + 2u < axis.cells", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "takes the row from the warped map", GRID,
+        "let row = function_at(y, warp.functions.x);\n    return vec2<f32>(warp_table",
+        "let row = function_at((f32(place.y) + 0.5) / f32(size.y), warp.functions.x);\n"
+        "    return vec2<f32>(warp_table", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "takes the column beside", GRID,
+        "let column = function_at((f32(place.x) + 0.5) / f32(size.x), warp.functions.y);",
+        "let column = function_at((f32(place.x) + 1.5) / f32(size.x), warp.functions.y);", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "the bound of texels is that of the first", GRID,
+        "y.y = max(y.y, warp_table[start + to_texel.y]);",
+        "y.y = max(y.y, warp_table[start + from_texel.y]);", WARPS,
+    ),
+    Mutant(
+        "ties", "points are known exactly", TRUTH,
+        "ROUNDING * length + self.margin", "self.margin", REFERENCE,
+    ),
+    Mutant(
+        "ties", "the receiver is known exactly", TRUTH,
+        "margin: corner_margin + (corner_margin / cosine.abs()).min(extent),", "margin: 0.0,",
+        REFERENCE,
+    ),
+    Mutant(
+        "ties", "a surface edge-on to the eye may not turn", TRUTH,
+        "edge_on: height.abs() <= corner_margin,", "edge_on: false,", REFERENCE,
+    ),
+    Mutant(
+        "ties", "a surface edge-on to the light may not turn", TRUTH,
+        "cosine.abs() <= angle_margin || receiver.edge_on", "receiver.edge_on", REFERENCE,
+    ),
+    Mutant(
+        "ties", "twins keep apart", TRUTH,
+        "if other.iter().all(|c| own.contains(c)) {", "if false {", REFERENCE,
+    ),
+    Mutant(
+        "ties", "neighbours do not keep apart", TRUTH,
+        ".all(|&c| normal.dot(c - self.point) <= self.margin)",
+        ".all(|&c| normal.dot(c - self.point) <= -1.0)", REFERENCE,
+    ),
+    Mutant(
+        "ties", "an edge inside a mesh hides nothing", TRUTH,
+        "end = end.min(covered_until(&candidates, ray.range));", "", REFERENCE,
+    ),
+    Mutant(
+        "ties", "equal distances go to the higher index", TRUTH,
+        "a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))", "a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))",
+        REFERENCE,
+    ),
+)  # fmt: skip
+
+
+def copy_project(folder: Path) -> None:
+    """Of what git knows."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True)
+    for name in listed.stdout.decode().split("\0"):
+        if name and (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+
+
+def run(folder: Path, command: list[str]) -> subprocess.CompletedProcess[str]:
+    """Built with what compiles fast."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(folder / "python"),
+        "CARGO_TARGET_DIR": str(folder / "target"),
+        "CARGO_INCREMENTAL": "1",
+        "CARGO_PROFILE_RELEASE_DEBUG": "0",
+        "CARGO_PROFILE_RELEASE_OPT_LEVEL": "1",
+    }
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def failing_test(folder: Path, tests: tuple[str, ...]) -> str:
+    """The first test that fails, none if all pass."""
+    kind, *options = tests
+    if kind == "cargo":
+        ended = run(folder, ["cargo", "test", "--release", "--locked", *options])
+        found = re.search(r"^test (\S+) \.\.\. FAILED$", ended.stdout, re.MULTILINE)
+    else:
+        ended = run(folder, ["cargo", "build", "--release", "--locked", "--lib"])
+        if ended.returncode != 0:
+            raise RuntimeError(ended.stderr)
+        built = folder / "target" / "release"
+        (library,) = (file for file in built.iterdir() if file.name in LIBRARIES)
+        # A new file: the old one may be in use.
+        module = folder / "python" / "lixel" / "_core.abi3.so"
+        module.unlink(missing_ok=True)
+        shutil.copy(library, module)
+        ended = run(folder, [sys.executable, "-m", "pytest", "-q", "-x", *options])
+        found = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
+    if ended.returncode == 0:
+        return ""
+    if found is None:
+        raise RuntimeError(f"no test failed, but:\n{ended.stdout}\n{ended.stderr}")
+    return found[1]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", metavar="SUBJECT", help="mutants of one subject")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write a table")
+    options = parser.parse_args()
+    rows = []
+    folder = ROOT / "target" / "mutants"
+    copy_project(folder)
+    for tests in (REFERENCE, BIAS, WARPS):
+        if broken := failing_test(folder, tests):
+            raise RuntimeError(f"{broken} fails without a mutant")
+    for mutant in MUTANTS:
+        if options.only not in (None, mutant.subject):
+            continue
+        path = folder / mutant.file
+        text = path.read_text()
+        if text.count(mutant.old) != 1:
+            raise RuntimeError(f"{mutant.file} must have {mutant.old!r} once")
+        path.write_text(text.replace(mutant.old, mutant.new))
+        by = failing_test(folder, mutant.tests)
+        path.write_text(text)
+        print(f"{mutant.subject}, {mutant.name}: {by or 'survives'}", flush=True)
+        row = [mutant.subject, mutant.name, mutant.file, bool(by), by]
+        rows.append([*row, *provenance("python tests/mutants.py").values()])
+    if options.output is not None:
+        with options.output.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([COLUMNS, *rows])
+    return int(not all(row[3] for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
