@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 
 import fuzz
+import fuzz_guided
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -40,6 +41,16 @@ def test_a_panic_and_a_wordless_refusal_are_faults():
         fuzz.attempt(panics, random.Random(0))
     with pytest.raises(AssertionError, match="no words"):
         fuzz.attempt(has_no_words, random.Random(0))
+
+
+def test_bytes_spell_out_random_numbers():
+    r = fuzz_guided.FromBytes(bytes([0, 128, 1, 255, 7, 3]))
+    assert r.random() == 0.5
+    assert (r.getrandbits(8), r.getrandbits(4), r.randrange(8)) == (1, 15, 0)
+    assert (r.randrange(2), r.choice("abc"), r.random()) == (0, "a", 0.0)
+    # Guided inputs are none that the others refuse.
+    for case in fuzz.QUICK:
+        fuzz.attempt(case, fuzz_guided.FromBytes(bytes(range(256)) * 4))
 
 
 def test_places_that_are_no_numbers_are_refused():
