@@ -2,6 +2,7 @@
 # make test     build and run every test
 # make lint     formatting, lints and types
 # make fmt      format everything
+# make coverage line coverage by the tests, in out/coverage/coverage.csv
 # make docs     the documentation as a site in out/docs
 # make wheel    a wheel and a source distribution in dist/
 # make clean    remove what the others made
@@ -19,7 +20,7 @@ export VIRTUAL_ENV := $(VENV)
 unexport CONDA_PREFIX
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test lint fmt docs wheel clean setup setup-test build
+.PHONY: demo test coverage lint fmt docs wheel clean setup setup-test build
 .NOTPARALLEL:
 
 demo: setup $(VENV)/.installed build
@@ -29,6 +30,9 @@ test: setup-test $(VENV)/.installed-test build
 	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')" \
 	  cargo test --locked
 	$(BIN)/python -m pytest --numprocesses=$(TESTERS) --dist=loadfile
+
+coverage: setup-test $(VENV)/.installed-test
+	$(BIN)/python tests/measure_coverage.py
 
 lint: setup-test $(VENV)/.installed-test build
 	cargo fmt --check

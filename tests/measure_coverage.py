@@ -1,0 +1,130 @@
+"""Line coverage of Rust and Python by all tests: `make coverage`, some half an hour.
+
+The extension module and the Rust tests are built with counters; what both and the Python tests run
+counts. The tests' own lines do not.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+FOLDER = ROOT / "out" / "coverage"
+TARGET = ROOT / "target" / "coverage"
+PROFILES = FOLDER / "profiles"
+MODULE = FOLDER / "python" / "lixel" / "_core.abi3.so"
+
+# On Linux and on macOS.
+LIBRARIES = ("lib_core.so", "lib_core.dylib")
+
+COLUMNS = ("language", "file", "lines", "covered", "percent", "device", "driver", "date", "command")
+
+
+def run(*command: str | Path, **environment: str | Path) -> str:
+    """What the command prints; it prints its errors itself."""
+    print("$", *command, flush=True)
+    changed = {**os.environ, **{name: str(value) for name, value in environment.items()}}
+    ended = subprocess.run(
+        list(map(str, command)), cwd=ROOT, env=changed, check=True, stdout=subprocess.PIPE
+    )
+    return ended.stdout.decode()
+
+
+def llvm(tool: str) -> Path:
+    """Of the Rust toolchain, `rustup component add llvm-tools`."""
+    found = list(Path(run("rustc", "--print", "sysroot").strip()).glob(f"lib/rustlib/*/bin/{tool}"))
+    if not found:
+        raise SystemExit(f"{tool} must be installed: rustup component add llvm-tools")
+    return found[0]
+
+
+def measure() -> list[Path]:
+    """Runs all tests; the programs and libraries that have counters."""
+    counting = {
+        "RUSTFLAGS": "-C instrument-coverage",
+        "CARGO_TARGET_DIR": TARGET,
+        "LLVM_PROFILE_FILE": PROFILES / "%p-%8m.profraw",
+        "LD_LIBRARY_PATH": sysconfig.get_config_var("LIBDIR") or "",
+    }
+    run("cargo", "build", "--release", "--locked", "--lib", **counting)
+    messages = run(
+        "cargo", "test", "--release", "--locked", "--lib", "--no-run",
+        "--message-format=json", **counting,
+    )  # fmt: skip
+    built = [json.loads(line) for line in messages.splitlines()]
+    (tests,) = (Path(message["executable"]) for message in built if message.get("executable"))
+    run(tests, **counting)
+    shutil.copytree(ROOT / "python", MODULE.parent.parent)
+    MODULE.unlink(missing_ok=True)
+    (library,) = (file for file in (TARGET / "release").iterdir() if file.name in LIBRARIES)
+    shutil.copy(library, MODULE)
+    run(
+        sys.executable, "-m", "pytest", "--quiet", "--numprocesses=2", "--dist=loadfile",
+        "--timeout=3600", "--cov=lixel", f"--cov-report=json:{FOLDER / 'python.json'}",
+        PYTHONPATH=MODULE.parent.parent, **counting,
+    )  # fmt: skip
+    return [MODULE, tests]
+
+
+def rust(objects: list[Path]) -> Iterator[tuple[str, int, int]]:
+    """File, lines and covered lines."""
+    merged = FOLDER / "merged.profdata"
+    run(llvm("llvm-profdata"), "merge", "--sparse", "--output", merged, PROFILES)
+    first, *others = objects
+    lines = run(
+        llvm("llvm-cov"), "export", "--format=lcov", f"--instr-profile={merged}", first,
+        *(f"--object={other}" for other in others),
+    )  # fmt: skip
+    counts: dict[int, int] = {}
+    path = Path()
+    for line in lines.splitlines():
+        kind, _, value = line.partition(":")
+        if kind == "SF":
+            path, counts = Path(value), {}
+        elif kind == "DA":
+            number, count, *_ = value.split(",")
+            counts[int(number)] = int(count)
+        elif kind == "end_of_record" and path.is_relative_to(ROOT / "src"):
+            source = path.read_text(encoding="utf-8").splitlines()
+            last = source.index("#[cfg(test)]") if "#[cfg(test)]" in source else len(source)
+            own = [count for number, count in counts.items() if number <= last]
+            yield str(path.relative_to(ROOT)), len(own), sum(count > 0 for count in own)
+
+
+def python() -> Iterator[tuple[str, int, int]]:
+    """File, lines and covered lines."""
+    report = json.loads((FOLDER / "python.json").read_text(encoding="utf-8"))
+    for name, found in report["files"].items():
+        summary = found["summary"]
+        name = str(Path("python", *Path(name).parts[Path(name).parts.index("lixel") :]))
+        yield name, summary["num_statements"], summary["covered_lines"]
+
+
+def main() -> None:
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    PROFILES.mkdir(parents=True)
+    objects = measure()
+    from lixel.kept import provenance
+
+    said = provenance("make coverage").values()
+    rows = []
+    for language, files in (("Rust", list(rust(objects))), ("Python", list(python()))):
+        whole = ("all", sum(file[1] for file in files), sum(file[2] for file in files))
+        for name, lines, covered in [*sorted(files), whole]:
+            percent = f"{100.0 * covered / max(lines, 1):.1f}"
+            rows.append([language, name, lines, covered, percent, *said])
+        print(f"{language}: {whole[2]:,} of {whole[1]:,} lines, {rows[-1][4]} %")
+    with (FOLDER / "coverage.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([COLUMNS, *rows])
+
+
+if __name__ == "__main__":
+    main()
