@@ -1,0 +1,30 @@
+"""How time grows, on as little as shows that it is measured."""
+
+import math
+
+import pandas as pd
+
+from lixel import growth
+
+
+def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "growth.csv"
+    small = ((0, 1), ((32, 20), (64, 40)), (0, (32, 20)), 1)
+    monkeypatch.setattr(growth.growth, "__defaults__", (*small, None))
+    growth.main(["--repeats", "1", "-o", str(path)])
+    table = pd.read_csv(path)
+    assert list(table["method"]) == list(growth.METHODS) * 4
+    by = dict(iter(table.groupby(["grows", "method"], sort=False)))
+    triangles, pixels = by["triangles", "exact"], by["pixels", "exact"]
+    assert list(triangles["triangles"]) == [4098, 17794]
+    assert list(pixels["pixels"]) == [640, 2560]
+    first, second = triangles["gpu_ms"]
+    expected = math.log(second / first) / math.log(17794 / 4098)
+    assert math.isclose(triangles["exponent"].iloc[1], expected, rel_tol=1e-6)
+    assert math.isnan(triangles["exponent"].iloc[0])
+    # The warp makes the lists shorter.
+    plain = by["pixels", "exact without a warp"]["longest list"]
+    assert (pixels["longest list"].to_numpy() <= plain.to_numpy()).all()
+    assert (table.loc[table["method"] != "desired_view", "misclassified"] == 0).all()
+    assert table["command"].eq("python -m lixel.growth").all()
+    assert "exponent" in capsys.readouterr().out
