@@ -82,6 +82,11 @@ MUTANTS = (
     ),
     Mutant(
         "bias", "automatic is none", PARAMETERS,
+        "Bias::Auto => DepthBias {\n                beam: texel_width,",
+        "Bias::Auto => DepthBias {\n                beam: 0.0 * texel_width,", BIAS,
+    ),
+    Mutant(
+        "bias", "a constant one is none by default", PARAMETERS,
         "self.constant_bias.map_or(texel_width, |_| 0.0)",
         "self.constant_bias.map_or(0.0 * texel_width, |_| 0.0)", BIAS,
     ),
