@@ -77,6 +77,26 @@ def test_a_texel_holds_the_nearest_depth_on_the_ray_through_its_centre(name, met
     assert np.mean(depth < 1.0) > 0.05
 
 
+@pytest.mark.parametrize("cell", [0, 3, 7])
+@pytest.mark.parametrize("method", [lx.RectilinearWarp, lx.NonOrthogonalWarp])
+def test_a_cell_with_most_of_a_warp_holds_what_lies_there(method, cell):
+    """The first and the last cell have an end of their functions each."""
+    scene = lx.scenes.plane_and_box()
+    camera = lx.Camera.look_at((0, 12, 0), (0, 0, 0), (0, 0, 1), yfov=0.5, width=96, height=96)
+    weights = np.full((8, 8), 0.05)
+    weights[cell, cell] = 1.0
+    few = {"importance_resolution": 8, "map_weights": weights}
+    chosen = {lx.RectilinearWarp: {"blur": 0.3}, lx.NonOrthogonalWarp: {"smoothing": 1}}[method]
+    light = lx.DirectionalLight((0.4, -1.0, 0.0))
+    frame = lx.render(scene, camera, light, method(resolution=96, **few, **chosen))
+    (warp,) = frame.warp_map
+    assert np.diff(warp, axis=-1).max(axis=-1)[:, cell if warp.shape[1] > 1 else 0].min() > 0.2
+    nearest, farthest = cast_texels(scene, frame.light_matrix[0], linear_texels(frame))
+    depth = frame.shadow_map[0]
+    is_wrong = (depth < nearest - 2.0**-20) | (depth > farthest + 2.0**-20)
+    assert np.mean(is_wrong) <= 0.005
+
+
 def linear_texels(frame: lx.Frame) -> np.ndarray:
     """Where the centre of each texel, [row, column], lies in the map before any warp: (x, y)."""
     height, width = frame.shadow_map.shape[1:]
