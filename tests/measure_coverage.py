@@ -51,6 +51,8 @@ def measure() -> list[Path]:
     counting = {
         "RUSTFLAGS": "-C instrument-coverage",
         "CARGO_TARGET_DIR": TARGET,
+        # Threads that count the same lines wait for each other.
+        "RAYON_NUM_THREADS": "1",
         "LLVM_PROFILE_FILE": PROFILES / "%p-%8m.profraw",
         "LD_LIBRARY_PATH": sysconfig.get_config_var("LIBDIR") or "",
     }
