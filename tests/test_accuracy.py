@@ -130,9 +130,13 @@ def test_random_cameras_look_at_the_scene(view):
 def test_kept_tables_name_device_date_and_command(path):
     table = pd.read_csv(path)
     assert table[["device", "driver", "date", "command"]].notna().all(axis=None)
-    maker = {"accuracy": "python -m lixel.accuracy", "auto": "python -m lixel.calibration"}
-    command = maker.get(path.parent.name, "lixel")
-    assert table["command"].str.startswith(f"{command} ").all()
+    maker = {
+        "accuracy": "python -m lixel.accuracy",
+        "auto": "python -m lixel.calibration",
+        "mutants": "python tests/mutants.py",
+    }
+    command = maker.get(path.stem, maker.get(path.parent.name, "lixel"))
+    assert (table["command"] + " ").str.startswith(f"{command} ").all()
 
 
 def test_no_pixel_was_wrong_that_is_promised_right():
