@@ -27,10 +27,11 @@ from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, method_from
 from .options import image_size, method_with, parameter
 from .report import milliseconds, say, table
 from .scene import Scene
+from .scenes import GENERATORS
 from .study import check_table_path, study
 from .study import save as save_table
 from .study import summary as study_summary
-from .views import SIZE, built_in_scenes, scene_and_views
+from .views import SIZE, scene_and_views
 
 DESCRIPTION = "Hard shadows with research shadow-map methods on the GPU, and how wrong each one is."
 
@@ -223,7 +224,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_scene(add: argparse.ArgumentParser, default: str | None = None) -> None:
-    text = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(built_in_scenes())}"
+    text = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENERATORS)}"
     if default is None:
         add.add_argument("scene", metavar="FILE", help=text)
     else:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -13,11 +12,11 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import scenes
 from .camera import Camera
 from .light import DirectionalLight, Light, PointLight, SpotLight
 from .load import FORMATS, load
 from .scene import Scene
+from .scenes import GENERATORS
 from .study import SUN, see_all
 
 SIZE = (1920, 1080)
@@ -112,26 +111,16 @@ class Views:
         return _pick("light", text, self.lights)
 
 
-def built_in_scenes() -> dict[str, Callable[[], Scene]]:
-    """What makes each, by name."""
-    return {
-        name: made
-        for name, made in inspect.getmembers(scenes, inspect.isfunction)
-        if made.__module__ == scenes.__name__ and not name.startswith("_")
-    }
-
-
 def scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
     """A file's scene or a built-in one, and its views: those of a file, or the scene's own."""
-    known = built_in_scenes()
     views = None if file is None else Views.read(file, Path(name).name)
-    if name in known:
-        scene = known[name]()
+    if name in GENERATORS:
+        scene = GENERATORS[name]()
     elif Path(name).suffix or Path(name).exists():
         scene = load(name)
     else:
         raise ValueError(
-            f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(known)}, "
+            f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(GENERATORS)}, "
             f"got {name!r}"
         )
     return scene, views or Views(dict(scene.cameras), dict(scene.lights))
