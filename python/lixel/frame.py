@@ -234,10 +234,7 @@ def render(
 def _of_several(
     scene: Scene, camera: Camera, lights: Sequence[Light], method: Method
 ) -> npt.NDArray[np.float32]:
-    instance("scene", scene, Scene)
-    instance("camera", camera, Camera)
-    for light in lights:
-        instance("light", light, *LIGHTS)
+    check_view(scene, camera, *lights)
     if isinstance(method, Auto) or not lights:
         outputs = ("visibility",)
         found = [render_outputs(scene, camera, light, method, outputs) for light in lights]
@@ -299,11 +296,12 @@ def _rendered(
     return {name: results[name] for name in kept}
 
 
-def check_view(scene: object, camera: object, light: object) -> None:
+def check_view(scene: object, camera: object, *lights: object) -> None:
     """Refuses arguments of other types, by name."""
     instance("scene", scene, Scene)
     instance("camera", camera, Camera)
-    instance("light", light, *LIGHTS)
+    for light in lights:
+        instance("light", light, *LIGHTS)
 
 
 def _cosine(

@@ -184,6 +184,7 @@ def misclassified(
         missing = [name for name in rows if (column, name) not in known]
         if missing:
             truth = reference(scene, camera, light)
+            said = provenance(command)
             measured: list[dict[str, Any]] = []
             for name in missing:
                 found = compare(render_shadows(scene, camera, light, rows[name]), truth)
@@ -194,7 +195,7 @@ def misclassified(
                         "method": name,
                         "wrong": found.misclassified_count,
                         "covered": found.covered_count,
-                        **provenance(command),
+                        **said,
                     }
                 )
             if path is not None:
