@@ -9,7 +9,6 @@ Each worker has one core, as on a cluster it should: LP_NUM_THREADS and RAYON_NU
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import os
 import signal
@@ -23,11 +22,9 @@ from pathlib import Path
 import numpy as np
 
 import lixel as lx
-from lixel.kept import provenance
+from lixel.kept import write
 
-COLUMNS = (
-    "what", "workers", "cases", "seconds", "faster", "device", "driver", "date", "command",
-)  # fmt: skip
+COLUMNS = ("what", "workers", "cases", "seconds", "faster")
 
 ONE_CORE = {"LP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1"}
 
@@ -116,12 +113,11 @@ def main() -> None:
         assert set(times.values()) == {1}, "done twice"
         rows.append(["killed", 2, kept, "", ""])
         rows.append(["gone on", 2, all_of_it - kept, f"{rest_s:.1f}", ""])
-    said = provenance("python tests/cluster.py").values()
     for row in rows:
         print(*row)
     if options.output is not None:
-        with options.output.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([COLUMNS, *([*row, *said] for row in rows)])
+        named = [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+        write(options.output, "python tests/cluster.py", named)
 
 
 if __name__ == "__main__":

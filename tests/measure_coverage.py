@@ -6,7 +6,6 @@ counts. The tests' own lines do not.
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import shutil
@@ -24,8 +23,6 @@ MODULE = FOLDER / "python" / "lixel" / "_core.abi3.so"
 
 # On Linux and on macOS.
 LIBRARIES = ("lib_core.so", "lib_core.dylib")
-
-COLUMNS = ("language", "file", "lines", "covered", "percent", "device", "driver", "date", "command")
 
 
 def run(*command: str | Path, **environment: str | Path) -> str:
@@ -106,26 +103,25 @@ def python() -> Iterator[tuple[str, int, int]]:
     report = json.loads((FOLDER / "python.json").read_text(encoding="utf-8"))
     for name, found in report["files"].items():
         summary = found["summary"]
-        name = str(Path("python", *Path(name).parts[Path(name).parts.index("lixel") :]))
-        yield name, summary["num_statements"], summary["covered_lines"]
+        path = (ROOT / name).relative_to(FOLDER)
+        yield str(path), summary["num_statements"], summary["covered_lines"]
 
 
 def main() -> None:
     shutil.rmtree(FOLDER, ignore_errors=True)
     PROFILES.mkdir(parents=True)
     objects = measure()
-    from lixel.kept import provenance
+    from lixel.kept import write
 
-    said = provenance("make coverage").values()
     rows = []
     for language, files in (("Rust", list(rust(objects))), ("Python", list(python()))):
         whole = ("all", sum(file[1] for file in files), sum(file[2] for file in files))
         for name, lines, covered in [*sorted(files), whole]:
             percent = f"{100.0 * covered / max(lines, 1):.1f}"
-            rows.append([language, name, lines, covered, percent, *said])
-        print(f"{language}: {whole[2]:,} of {whole[1]:,} lines, {rows[-1][4]} %")
-    with (FOLDER / "coverage.csv").open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([COLUMNS, *rows])
+            row = {"language": language, "file": name, "lines": lines, "covered": covered}
+            rows.append({**row, "percent": percent})
+        print(f"{language}: {whole[2]:,} of {whole[1]:,} lines, {rows[-1]['percent']} %")
+    write(FOLDER / "coverage.csv", "make coverage", rows)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ two each. A mutant that survives is a gap in the tests.
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import re
 import shutil
@@ -17,11 +16,9 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from lixel.kept import provenance
+from lixel.kept import write
 
 ROOT = Path(__file__).parent.parent
-
-COLUMNS = ("subject", "mutant", "file", "killed", "by", "device", "driver", "date", "command")
 
 # Options of `cargo test`, or of pytest.
 REFERENCE = ("cargo", "--lib", "reference")
@@ -203,18 +200,20 @@ def failing_test(folder: Path, tests: tuple[str, ...]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", metavar="SUBJECT", help="mutants of one subject")
+    parser.add_argument(
+        "--only", choices=sorted({mutant.subject for mutant in MUTANTS}), help="mutants of it alone"
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write a table")
     options = parser.parse_args()
+    chosen = [mutant for mutant in MUTANTS if options.only in (None, mutant.subject)]
+    command = "python tests/mutants.py" + (f" --only '{options.only}'" if options.only else "")
     rows = []
     folder = ROOT / "target" / "mutants"
     copy_project(folder)
-    for tests in (REFERENCE, BIAS, WARPS):
+    for tests in dict.fromkeys(mutant.tests for mutant in chosen):
         if broken := failing_test(folder, tests):
             raise RuntimeError(f"{broken} fails without a mutant")
-    for mutant in MUTANTS:
-        if options.only not in (None, mutant.subject):
-            continue
+    for mutant in chosen:
         path = folder / mutant.file
         text = path.read_text()
         if text.count(mutant.old) != 1:
@@ -223,12 +222,11 @@ def main() -> int:
         by = failing_test(folder, mutant.tests)
         path.write_text(text)
         print(f"{mutant.subject}, {mutant.name}: {by or 'survives'}", flush=True)
-        row = [mutant.subject, mutant.name, mutant.file, bool(by), by]
-        rows.append([*row, *provenance("python tests/mutants.py").values()])
+        row = {"subject": mutant.subject, "mutant": mutant.name, "file": mutant.file}
+        rows.append({**row, "killed": bool(by), "by": by})
     if options.output is not None:
-        with options.output.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([COLUMNS, *rows])
-    return int(not all(row[3] for row in rows))
+        write(options.output, command, rows)
+    return int(not all(row["killed"] for row in rows))
 
 
 if __name__ == "__main__":

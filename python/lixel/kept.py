@@ -42,6 +42,13 @@ def read(path: Path, command: str) -> list[dict[str, str]]:
     return rows
 
 
+def write(path: Path, command: str, rows: Sequence[Mapping[str, Any]]) -> None:
+    """A whole table: rows, and in each what made it."""
+    path.unlink(missing_ok=True)
+    said = provenance(command)
+    append(path, [*rows[0], *said], [{**row, **said} for row in rows])
+
+
 def append(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
     """Adds rows to a table, which begins with its columns."""
     path.parent.mkdir(parents=True, exist_ok=True)
