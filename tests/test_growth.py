@@ -9,8 +9,10 @@ from lixel import growth
 
 def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatch, capsys):
     path = tmp_path / "growth.csv"
-    small = ((0, 1), ((32, 20), (64, 40)), (0, (32, 20)), 1)
-    monkeypatch.setattr(growth.growth, "__defaults__", (*small, None))
+    monkeypatch.setattr(growth, "SUBDIVISIONS", (0, 1))
+    monkeypatch.setattr(growth, "SIZES", ((32, 20), (64, 40)))
+    monkeypatch.setattr(growth, "SUBDIVISION", 0)
+    monkeypatch.setattr(growth, "SIZE", (32, 20))
     growth.main(["--repeats", "1", "-o", str(path)])
     table = pd.read_csv(path)
     assert list(table["method"]) == list(growth.METHODS) * 4

@@ -49,23 +49,11 @@ COUNTERS = {
 }
 
 
-def growth(
-    subdivisions: Sequence[int] = SUBDIVISIONS,
-    sizes: Sequence[tuple[int, int]] = SIZES,
-    fixed: tuple[int, tuple[int, int]] = (SUBDIVISION, SIZE),
-    repeats: int = 3,
-    journal: Path | None = None,
-) -> pandas.DataFrame:
+def growth(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
     """Times and counters of both series.
 
     Parameters
     ----------
-    subdivisions : sequence of int
-        Of the scenes, see `scenes.objects_on_floor`, in images of one size.
-    sizes : sequence of (width, height)
-        Of the images, with one scene.
-    fixed : (subdivisions, (width, height))
-        That scene and that size.
     repeats : int
         Timed frames of each case.
     journal : Path, optional
@@ -80,8 +68,8 @@ def growth(
     """
     pandas = needs("pandas", "study")
     series = {
-        "triangles": [(step, fixed[1]) for step in subdivisions],
-        "pixels": [(fixed[0], size) for size in sizes],
+        "triangles": [(step, SIZE) for step in SUBDIVISIONS],
+        "pixels": [(SUBDIVISION, size) for size in SIZES],
     }
     rows: list[dict[str, Any]] = []
     for grows, steps in series.items():
@@ -123,7 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if options.output is not None:
         check_table_path("output", options.output)
-    found = growth(repeats=options.repeats, journal=options.journal)
+    found = growth(options.repeats, options.journal)
     print(as_text(found.to_dict("records")))
     if options.output is not None:
         options.output.parent.mkdir(parents=True, exist_ok=True)
