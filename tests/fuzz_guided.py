@@ -39,8 +39,8 @@ def main() -> None:
 
     warnings.simplefilter("error")
     np.seterr(all="ignore")
-    # As often as in the long run without guidance.
-    cases = [*fuzz.QUICK * 10, *fuzz.SLOW]
+    # One in a hundred renders or loads, as in the long run without guidance.
+    cases = [*fuzz.QUICK * 22, *fuzz.SLOW]
 
     def attempt(data: bytes) -> None:
         r = FromBytes(data)
