@@ -315,8 +315,13 @@ impl Frame {
     /// Sends what was recorded on its way, before whatever another frame submits from now on. Does not
     /// wait.
     pub fn send(&mut self) {
-        let encoder = std::mem::replace(&mut self.encoder, new_encoder(&self.gpu));
-        self.gpu.queue.submit([encoder.finish()]);
+        let commands = self.take_recorded();
+        self.gpu.queue.submit([commands]);
+    }
+
+    fn take_recorded(&mut self) -> wgpu::CommandBuffer {
+        let next = new_encoder(&self.gpu);
+        std::mem::replace(&mut self.encoder, next).finish()
     }
 
     /// Marks the first `count` elements of a storage buffer to be read after the next submission;
@@ -352,9 +357,9 @@ impl Frame {
     /// Submits what was recorded and waits for what is to be read.
     pub fn submit(&mut self) -> Result<ReadResults> {
         let stamps = self.resolve_timestamps()?;
-        let encoder = std::mem::replace(&mut self.encoder, new_encoder(&self.gpu));
+        let commands = self.take_recorded();
         let reads = self.reads.iter().map(|buffer| (**buffer).clone());
-        if let Err(error) = self.member.submit(encoder.finish(), reads) {
+        if let Err(error) = self.member.submit(commands, reads) {
             self.reads.drain(..).for_each(PooledBuffer::discard);
             self.gpu.forget();
             return Err(error);
