@@ -637,16 +637,19 @@ mod tests {
         Light::directional(direction).unwrap()
     }
 
+    fn quad([a, b, c, d]: [DVec3; 4]) -> [[DVec3; 3]; 2] {
+        [[a, b, c], [a, c, d]]
+    }
+
     /// Two triangles in the plane z, a square of a given half size.
     fn square(x: f64, y: f64, z: f64, half: f64) -> [[DVec3; 3]; 2] {
         let corner = |i: f64, j: f64| DVec3::new(x + i * half, y + j * half, z);
-        let [a, b, c, d] = [
+        quad([
             corner(-1.0, -1.0),
             corner(1.0, -1.0),
             corner(1.0, 1.0),
             corner(-1.0, 1.0),
-        ];
-        [[a, b, c], [a, c, d]]
+        ])
     }
 
     fn assert_same(a: &Reference, b: &Reference, case: &str) {
@@ -910,13 +913,12 @@ mod tests {
     /// The rectangle between two corners along x, over z, where y is a function of z.
     fn strip(x: [f64; 2], z: [f64; 2], y: impl Fn(f64) -> f64) -> [[DVec3; 3]; 2] {
         let corner = |x: f64, z: f64| DVec3::new(x, y(z), z);
-        let [a, b, c, d] = [
+        quad([
             corner(x[0], z[0]),
             corner(x[1], z[0]),
             corner(x[1], z[1]),
             corner(x[0], z[1]),
-        ];
-        [[a, b, c], [a, c, d]]
+        ])
     }
 
     #[test]
@@ -940,11 +942,13 @@ mod tests {
     fn a_ridge_is_no_tie_of_its_shadow() {
         // It passes the ray of column 10 within rounding; either side is lit, and none shadows the other.
         for x in [0.0, 2e-7, -2e-7] {
-            let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
             let side = |far: f64| {
-                let [a, b] = [corner(x, -9.0, -4.0), corner(x, 9.0, -4.0)];
-                let [c, d] = [corner(far, 9.0, -5.0), corner(far, -9.0, -5.0)];
-                [[a, b, c], [a, c, d]]
+                quad([
+                    DVec3::new(x, -9.0, -4.0),
+                    DVec3::new(x, 9.0, -4.0),
+                    DVec3::new(far, 9.0, -5.0),
+                    DVec3::new(far, -9.0, -5.0),
+                ])
             };
             let scene = scene(&[side(-3.0), side(3.0)].concat());
             let light = sun(DVec3::new(0.1, -0.2, -1.0));
