@@ -331,6 +331,40 @@ def test_an_error_of_a_worker_is_not_swallowed(tmp_path):
     assert all(turn == 0 for _, turn in samples(journal))
 
 
+@pytest.mark.parametrize(
+    ("suns", "methods", "tasks"),
+    [(70, 10, 70), (70, 2, 70), (200, 1, 50), (7, 10, 35), (1, 20, 20)],
+    ids=["whole views", "small views", "several views", "pieces of views", "one view"],
+)
+def test_the_cases_of_a_view_travel_together(suns, methods, tasks):
+    # Where they do not, each worker casts the rays of the reference again.
+    sent = []
+
+    class Kept(concurrent.futures.ThreadPoolExecutor):
+        def submit(self, function, task):
+            sent.append([(case.light, case.key) for case, _ in task])
+            return super().submit(list)
+
+    lights = {str(i): lx.DirectionalLight((0.01 * i, -1.0, 0.0)) for i in range(suns)}
+    resolutions = [32 + i for i in range(methods)]
+    with Kept(1) as executor:
+        lx.study(
+            "plane_and_box",
+            lights=lights,
+            methods="uniform",
+            parameters={"resolution": resolutions},
+            repeats=1,
+            executor=executor,
+            **SMALL,
+        )
+    assert len(sent) == tasks
+    keys = [key for task in sent for _, key in task]
+    assert len(keys) == len(set(keys)) == suns * methods
+    views = [{repr(light) for light, _ in task} for task in sent]
+    if suns >= 64:
+        assert sum(map(len, views)) == suns
+
+
 # --- On the command line ---
 
 

@@ -501,11 +501,29 @@ def _spread(
 
 
 def _tasks(missing: Sequence[tuple[_Case, int]]) -> Iterator[list[tuple[_Case, int]]]:
+    """Samples in their order. Those of a view stay together as far as a task allows it: each worker
+    casts the rays of a view's reference for itself."""
     most = min(_MOST_IN_A_TASK, math.ceil(len(missing) / _TASKS))
-    for _, group in itertools.groupby(missing, key=lambda sample: (sample[0].source, sample[1])):
+
+    def stage(sample: tuple[_Case, int]) -> tuple[_Source, int]:
+        return sample[0].source, sample[1]
+
+    def view(sample: tuple[_Case, int]) -> tuple[_Source, int, Camera, Light]:
+        return *stage(sample), sample[0].camera, sample[0].light
+
+    task: list[tuple[_Case, int]] = []
+    for _, group in itertools.groupby(missing, key=view):
         samples = list(group)
-        for i in range(0, len(samples), most):
-            yield samples[i : i + most]
+        # A half more than the most is still one piece.
+        size = math.ceil(len(samples) / max(1, round(len(samples) / most)))
+        for i in range(0, len(samples), size):
+            piece = samples[i : i + size]
+            if task and (len(task) + len(piece) > most or stage(task[0]) != stage(piece[0])):
+                yield task
+                task = []
+            task += piece
+    if task:
+        yield task
 
 
 def _shown(items: Iterable[Value], progress: bool, total: int, done: int) -> Iterator[Value]:
