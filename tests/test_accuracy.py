@@ -133,6 +133,8 @@ def test_kept_tables_name_device_date_and_command(path):
     maker = {
         "accuracy": "python -m lixel.accuracy",
         "auto": "python -m lixel.calibration",
+        "cluster": "python tests/cluster.py",
+        "growth": "python -m lixel.growth",
         "mutants": "python tests/mutants.py",
     }
     command = maker.get(path.stem, maker.get(path.parent.name, "lixel"))
