@@ -1,11 +1,15 @@
-"""Line coverage of Rust and Python by all tests: `make coverage`, some half an hour.
+"""Line coverage of Rust and Python by all tests: `make coverage`.
 
-The extension module and the Rust tests are built with counters; what both and the Python tests run
-counts. The tests' own lines do not.
+For Python the tests run as always, a quarter of an hour. For Rust the extension module and the Rust
+tests are built with counters, and what both and the Python tests run counts. That takes hours, as
+counting slows the reference down. The tests' own lines do not count.
+
+python tests/measure_coverage.py --language python
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
@@ -43,7 +47,13 @@ def llvm(tool: str) -> Path:
     return found[0]
 
 
-def measure() -> list[Path]:
+TESTS = (
+    sys.executable, "-m", "pytest", "--quiet", "--numprocesses=2", "--dist=loadfile",
+    "--timeout=3600",
+)  # fmt: skip
+
+
+def measured_rust() -> list[Path]:
     """Runs all tests; the programs and libraries that have counters."""
     counting = {
         "RUSTFLAGS": "-C instrument-coverage",
@@ -65,16 +75,14 @@ def measure() -> list[Path]:
     MODULE.unlink(missing_ok=True)
     (library,) = (file for file in (TARGET / "release").iterdir() if file.name in LIBRARIES)
     shutil.copy(library, MODULE)
-    run(
-        sys.executable, "-m", "pytest", "--quiet", "--numprocesses=2", "--dist=loadfile",
-        "--timeout=3600", "--cov=lixel", f"--cov-report=json:{FOLDER / 'python.json'}",
-        PYTHONPATH=MODULE.parent.parent, **counting,
-    )  # fmt: skip
+    run(*TESTS, PYTHONPATH=MODULE.parent.parent, **counting)
     return [MODULE, tests]
 
 
-def rust(objects: list[Path]) -> Iterator[tuple[str, int, int]]:
+def rust() -> Iterator[tuple[str, int, int]]:
     """File, lines and covered lines."""
+    PROFILES.mkdir(parents=True)
+    objects = measured_rust()
     merged = FOLDER / "merged.profdata"
     run(llvm("llvm-profdata"), "merge", "--sparse", "--output", merged, PROFILES)
     first, *others = objects
@@ -100,28 +108,35 @@ def rust(objects: list[Path]) -> Iterator[tuple[str, int, int]]:
 
 def python() -> Iterator[tuple[str, int, int]]:
     """File, lines and covered lines."""
-    report = json.loads((FOLDER / "python.json").read_text(encoding="utf-8"))
-    for name, found in report["files"].items():
+    report = FOLDER / "python.json"
+    run(*TESTS, "--cov=lixel", f"--cov-report=json:{report}")
+    for name, found in json.loads(report.read_text(encoding="utf-8"))["files"].items():
         summary = found["summary"]
-        path = (ROOT / name).relative_to(FOLDER)
-        yield str(path), summary["num_statements"], summary["covered_lines"]
+        yield name, summary["num_statements"], summary["covered_lines"]
+
+
+LANGUAGES = {"python": python, "rust": rust}
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--language", choices=LANGUAGES, help="default: both")
+    chosen = parser.parse_args().language
     shutil.rmtree(FOLDER, ignore_errors=True)
-    PROFILES.mkdir(parents=True)
-    objects = measure()
+    FOLDER.mkdir(parents=True)
     from lixel.kept import write
 
     rows = []
-    for language, files in (("Rust", list(rust(objects))), ("Python", list(python()))):
+    for language in [chosen] if chosen else LANGUAGES:
+        files = list(LANGUAGES[language]())
         whole = ("all", sum(file[1] for file in files), sum(file[2] for file in files))
         for name, lines, covered in [*sorted(files), whole]:
             percent = f"{100.0 * covered / max(lines, 1):.1f}"
             row = {"language": language, "file": name, "lines": lines, "covered": covered}
             rows.append({**row, "percent": percent})
         print(f"{language}: {whole[2]:,} of {whole[1]:,} lines, {rows[-1]['percent']} %")
-    write(FOLDER / "coverage.csv", "make coverage", rows)
+    command = "python tests/measure_coverage.py" + (f" --language {chosen}" if chosen else "")
+    write(FOLDER / "coverage.csv", command, rows)
 
 
 if __name__ == "__main__":
