@@ -10,8 +10,9 @@
 // columns of a band.
 #import lib/coverage
 
-// Columns or texels that a lane walks before it looks for its next band or item.
-override chunk: u32 = 4u;
+// A lane walks so many columns before it looks for its next item, and so many texels of each.
+const COLUMNS_IN_TURN: u32 = 4u;
+const ROWS_IN_TURN: u32 = 4u;
 
 // The part of an item: a band in 14 bits, its first column in 14, and the binary logarithm of the number
 // of columns; WHOLE stands for the whole triangle.
@@ -213,8 +214,8 @@ fn walk(
     var columns = vec2<i32>(0, -1);
     var column: Column;
     column.rows = vec2<i32>(0, -1);
-    // As in rasterize.wgsl, lanes take their next band or item while others go on with theirs. A while
-    // loop that ends at once is skipped where an if is not.
+    // As in rasterize.wgsl, lanes take their next item while others go on with theirs. A while loop that no
+    // lane enters is skipped where an if is not: what a column costs is not paid for each of its texels.
     while index < end || band <= last_band {
         while band > last_band && index < end {
             let item = items[index];
@@ -232,7 +233,7 @@ fn walk(
             columns = vec2<i32>(max(columns.x, strip.x), min(columns.y, strip.y));
             column.rows = vec2<i32>(0, -1);
         }
-        for (var i = 0u; i < chunk; i += 1u) {
+        for (var i = 0u; i < COLUMNS_IN_TURN; i += 1u) {
             while band <= last_band && columns.x > columns.y && column.rows.x > column.rows.y {
                 band += 1;
                 if band <= last_band {
@@ -240,11 +241,13 @@ fn walk(
                     columns = vec2<i32>(max(columns.x, strip.x), min(columns.y, strip.y));
                 }
             }
-            if column.rows.x > column.rows.y && columns.x <= columns.y {
+            while column.rows.x > column.rows.y && columns.x <= columns.y {
                 column = column_of_band(projection, warp, unwarped, band, columns.x);
                 columns.x += 1;
             }
-            if column.rows.x <= column.rows.y {
+            var steps = 0u;
+            while column.rows.x <= column.rows.y && steps < ROWS_IN_TURN {
+                steps += 1u;
                 let row = column.rows.x;
                 column.rows.x += 1;
                 let y = warp_table[warp.inverse.y + column.function * projection.size.y + u32(row)];

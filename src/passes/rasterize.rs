@@ -155,8 +155,9 @@ pub fn rasterize(
             "resolution and importance_resolution must be at most {MOST_NAMES} with a warp of rows and \
              columns, got {most}"
         );
-        // An item may be a column of texels, and an invocation must stay below 65,535 iterations.
-        per_invocation = per_invocation.min(32_768 / longest_side).max(1);
+        // An item may be a column of texels or 128 of them, and an invocation, whose lanes wait for one another
+        // in the inner loops, must stay below 65,535 iterations.
+        per_invocation = per_invocation.min(16_384 / longest_side).clamp(1, 32);
     }
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
