@@ -3,8 +3,9 @@
 // Non-orthogonal (Milet et al.): a function for each row (column) from the prefix sums of its counts
 // (Eq. 1-5). Smoothing among the functions is a weighted average by receiver counts N_i; since
 // N_i X_i(x) is the prefix sum itself, that average is the function of the *smoothed counts*. `smooth`
-// averages them over a window of functions; twice makes a tent. Counts may be taken to a power, and a
-// part of the map may be shared out evenly: methods/notw.rs says why.
+// averages them over a window of rows (columns); twice makes a tent. `gather` adds up the rows that share
+// a function. The sums may be taken to a power, and a part of the map may be shared out evenly:
+// methods/notw.rs says why.
 //
 // Rectilinear (Rosen, 4.2): one function from the maxima of rows or columns, blurred by a Gaussian (Eq. 1).
 //
@@ -15,8 +16,9 @@
 struct WarpAxis {
     functions: u32,
     cells: u32,
+    rows: u32,                          // of the counts, or columns along y
     texels: u32,                        // along this axis
-    window: u32,                        // functions on each side that `smooth` averages
+    window: u32,                        // rows on each side that `smooth_rows` averages
     forward: u32,                       // first elements in the table, see warp/grid.wgsl
     inverse: u32,
     least: u32,
@@ -45,32 +47,25 @@ fn widen(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
          @builtin(local_invocation_index) local: u32) {
     let index = (group.y * groups.x + group.x) * 64u + local;
     if index < arrayLength(&smoothed) {
-        let exponent = axis_uniform.exponent;
-        let count = counts[index];
-        if exponent == 1.0 {
-            smoothed[index] = u64(count);
-        } else {
-            // Integers again: a sum in another order is the same sum.
-            smoothed[index] = u64(select(round(POWER_UNIT * pow(f32(count), exponent)), 0.0, count == 0u));
-        }
+        smoothed[index] = u64(counts[index]);
     }
 }
 
-// A cell an invocation, which slides a window over the functions.
+// A cell an invocation, which slides a window over the rows.
 @compute @workgroup_size(64)
-fn smooth_functions(@builtin(global_invocation_id) invocation: vec3<u32>) {
+fn smooth_rows(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let axis = axis_uniform;
     let cell = invocation.x;
     if cell >= axis.cells {
         return;
     }
     var sum = 0lu;
-    for (var i = 0u; i < min(axis.window, axis.functions); i += 1u) {
+    for (var i = 0u; i < min(axis.window, axis.rows); i += 1u) {
         sum += weights[i * axis.cells + cell];
     }
-    for (var i = 0u; i < axis.functions; i += 1u) {
+    for (var i = 0u; i < axis.rows; i += 1u) {
         let entering = i + axis.window;
-        if entering < axis.functions {
+        if entering < axis.rows {
             sum += weights[entering * axis.cells + cell];
         }
         if i > axis.window {
@@ -78,6 +73,26 @@ fn smooth_functions(@builtin(global_invocation_id) invocation: vec3<u32>) {
         }
         smoothed[i * axis.cells + cell] = sum;
     }
+}
+
+// The counts of all rows that share a function, to a power: a cell of a function an invocation.
+@compute @workgroup_size(64)
+fn gather(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let axis = axis_uniform;
+    let cell = invocation.x;
+    if cell >= axis.cells {
+        return;
+    }
+    let index = invocation.y;
+    var sum = 0lu;
+    for (var i = index * axis.rows / axis.functions; i < (index + 1u) * axis.rows / axis.functions; i += 1u) {
+        sum += weights[i * axis.cells + cell];
+    }
+    if axis.exponent != 1.0 {
+        // Integers again: a sum in another order is the same sum.
+        sum = u64(select(round(POWER_UNIT * pow(f32(sum), axis.exponent)), 0.0, sum == 0lu));
+    }
+    smoothed[index * axis.cells + cell] = sum;
 }
 
 // A function an invocation.

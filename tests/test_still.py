@@ -114,8 +114,9 @@ def test_a_still_frame_is_its_own_blend(view, warp):
     again = lx.render(*view, dataclasses.replace(first.method, previous=first, blend=0.6))
     assert np.abs(again.importance_map - first.importance_map).max() <= 0.01
     assert np.abs(again.warp_map[:, 0] - first.warp_map[:, 0]).max() < 1e-3
-    # Of old cells the middle alone is put through the functions along x.
-    assert np.abs(again.warp_map[:, 1] - first.warp_map[:, 1]).max() < 0.05
+    # Of old cells the middle alone is put through the functions along x: one that the warp widens
+    # lends all of its count to one of the functions that it reaches.
+    assert np.abs(again.warp_map[:, 1] - first.warp_map[:, 1]).max() < 0.1
 
 
 @pytest.mark.parametrize("warp", WARPS, **BY_NAME)

@@ -11,6 +11,7 @@ from lixel.scenes import colonnade
 WARPS = ("rtw", "notw")
 # Functions that are the prefix sums themselves.
 PAPER = {"smoothing": 0, "exponent": 1, "even_share": 0}
+"""With a function for each row, `function_count`."""
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +63,13 @@ def test_counts_are_those_of_the_receivers(view):
     assert np.abs(counts - expected).sum() <= 2 + 1e-3 * len(uv)
 
 
-def test_row_functions_are_prefix_sums(view):
-    frame = lx.render(*view, lx.NonOrthogonalWarp(importance_resolution=64, **PAPER))
-    counts = frame.importance_map[0].astype(np.float64)
+@pytest.mark.parametrize("functions", [64, 8, 6, 1])
+def test_row_functions_are_prefix_sums(view, functions):
+    method = lx.NonOrthogonalWarp(importance_resolution=64, function_count=functions, **PAPER)
+    frame = lx.render(*view, method)
+    # Rows that share a function are added up.
+    first = np.arange(functions) * 64 // functions
+    counts = np.add.reduceat(frame.importance_map[0].astype(np.float64), first)
     total = counts.sum(axis=1)
     rows = frame.warp_map[0, 0]
     expected = np.cumsum(counts, axis=1)[total > 0] / total[total > 0, None]
@@ -74,8 +79,16 @@ def test_row_functions_are_prefix_sums(view):
     np.testing.assert_allclose(rows[total == 0], np.tile(identity, ((total == 0).sum(), 1)))
 
 
+def test_there_are_no_more_functions_than_rows(view):
+    few = lx.render(*view, lx.NonOrthogonalWarp(importance_resolution=7))
+    assert few.warp_map.shape == (1, 2, 7, 8)
+    many = lx.NonOrthogonalWarp(importance_resolution=64, function_count=65)
+    with pytest.raises(ValueError, match=r"function_count must be at most .*, 64, got 65"):
+        lx.render(*view, many)
+
+
 def test_notw_spreads_the_receivers(view):
-    frame = lx.render(*view, lx.NonOrthogonalWarp(**PAPER))
+    frame = lx.render(*view, lx.NonOrthogonalWarp(function_count=512, **PAPER))
     uv = places(frame)
 
     def longest(points: np.ndarray) -> float:

@@ -591,8 +591,8 @@ class RectilinearWarp(WarpMethod):
 class NonOrthogonalWarp(WarpMethod):
     """The desired view's map with the receivers spread evenly over its texels.
 
-    The receivers are counted in cells of the desired view's map. Each row gets a function of its
-    own that equalizes its histogram, from the prefix sums of its counts:
+    The receivers are counted in cells of the desired view's map. Each row gets a function that
+    equalizes its histogram, from the prefix sums of its counts:
 
     .. math:: x' = X_i(x) = g_i(x) / N_i
 
@@ -601,13 +601,14 @@ class NonOrthogonalWarp(WarpMethod):
     :math:`j = \\lfloor x' w \\rfloor` (Eq. 6). Rasterization is exact: each texel takes its own
     light ray.
 
-    Beyond the papers, counts are taken to the power `exponent` and a part of each function,
+    Beyond the papers, rows share functions, `function_count` in all: where neighbouring functions
+    differ, texels are torn. Counts are taken to the power `exponent` and a part of each function,
     `even_share`, is the identity. Of ``n`` pixels that share ``s`` texels, about ``n s**(-1/2)``
     are wrong along edges, which is least in total for ``s`` in proportion to ``n**(2/3)``; equal
     counts take too much from what is thinly covered.
 
-    Limits: neighbouring functions differ, and where they differ much a texel's footprint is torn,
-    which costs accuracy that the even spread had won. The analysis and the rasterization take
+    Limits: where neighbouring functions differ much a texel's footprint is torn, which costs
+    accuracy that the even spread had won. The analysis and the rasterization take
     longer than those of `RectilinearWarp`.
 
     Parameters
@@ -616,10 +617,14 @@ class NonOrthogonalWarp(WarpMethod):
         A product of ``"count"``, ``"normal"``, ``"shadow_edge"`` and ``"boundary"``, see
         `WarpMethod`: what each receiver counts.
     importance_resolution : int
-        Functions along each axis, and cells of each.
+        Cells along each side of the map where receivers are counted, and of each function.
+    function_count : int, optional
+        Functions along each axis. The papers' is `importance_resolution`, which is also the most.
+        None: 16, or as many as there are cells.
     smoothing : float, optional
-        Standard deviation, in functions, of the weighted average among neighbouring functions.
-        None: a thirty-second of `importance_resolution`.
+        Standard deviation, in cells, of the weighted average of counts among neighbouring rows
+        (columns). None: a thirty-second of `importance_resolution`, less the rows that share a
+        function.
     exponent : float
         From 0 to 1: the power of its count that a cell is worth. 1 is the papers'; less of it gives
         more texels to what is thinly covered.
@@ -645,12 +650,16 @@ class NonOrthogonalWarp(WarpMethod):
     functions: ClassVar[tuple[str, ...]] = ("count", "normal", "shadow_edge", "boundary")
 
     importance: str | Sequence[str] = "count"
+    function_count: int | None = None
     smoothing: float | None = None
     exponent: float = 2 / 3
     even_share: float = 0.15
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.function_count is not None:
+            function_count = count("function_count", self.function_count, "functions")
+            object.__setattr__(self, "function_count", function_count)
         for parameter in ("smoothing", "exponent", "even_share"):
             if getattr(self, parameter) is not None:
                 object.__setattr__(self, parameter, real(parameter, getattr(self, parameter)))

@@ -5,7 +5,8 @@
 //! function: they equalize the histogram of the row. The receivers are then counted again where the
 //! rows' functions put them, and each column gets its function in the same way.
 //!
-//! Beyond the paper, a cell is worth its count to the power 2/3, and a part of each function is the
+//! Beyond the paper, rows share functions: where two functions meet the map is torn, and a texel there
+//! takes in what is not its own. A cell is worth its count to the power 2/3, and a part of each function is the
 //! identity. Of `n` pixels that share `s` of the texels, those along edges that a texel gets wrong are in
 //! proportion to `n s^(-1/2)`; their sum, for a sum of `s` that is given, is least where `s` is in
 //! proportion to `n^(2/3)`. Equalizing counts takes too much from what is thinly covered.
@@ -14,16 +15,19 @@
 //! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 5. Rasterization is exact here.
 //!
 //! Parameters: those of every map and of the analysis (importance.rs), and `fit`, `snap`,
-//! `importance_resolution`, `smoothing`, `exponent`, `even_share`.
+//! `importance_resolution`, `function_count`, `smoothing`, `exponent`, `even_share`.
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
 use super::fit::{Cut, Fit};
 use super::importance::{Analysis, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
-use crate::error::Result;
+use crate::error::{Result, ensure_value};
 use crate::passes::importance_map::Importance;
 use crate::passes::warp_map::{Axis, CountFit, WarpMap};
+
+/// Functions along each axis where none are asked for.
+const FUNCTION_COUNT: u32 = 16;
 
 const FUNCTIONS: &[&str] = &["count", "normal", "shadow_edge", "boundary"];
 
@@ -33,8 +37,10 @@ pub struct NonOrthogonalWarp {
     pub fit: Fit,
     /// Whether texels hold still while the receivers move, before they are warped.
     pub snaps: bool,
-    /// Functions along each axis, and cells of each.
+    /// Cells along each side, and of each function.
     pub importance_resolution: u32,
+    /// Functions along each axis.
+    pub function_count: u32,
     pub analysis: Analysis,
     pub fit_of_counts: CountFit,
 }
@@ -52,6 +58,7 @@ impl ShadowMethod for NonOrthogonalWarp {
             (Fit::NAME, Fit::default_value()),
             (Cut::SNAP, Value::Bool(false)),
             ("importance_resolution", Value::Int(512)),
+            ("function_count", Value::None),
             ("smoothing", Value::None),
             ("exponent", Value::Float(2.0 / 3.0)),
             ("even_share", Value::Float(0.15)),
@@ -61,7 +68,17 @@ impl ShadowMethod for NonOrthogonalWarp {
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let importance_resolution = parameters.take_resolution("importance_resolution")?;
+        let function_count = parameters.take_optional_resolution("function_count")?;
+        let function_count = function_count.unwrap_or(FUNCTION_COUNT.min(importance_resolution));
+        ensure_value!(
+            function_count <= importance_resolution,
+            "function_count must be at most importance_resolution, {importance_resolution}, \
+             got {function_count}"
+        );
         let smoothing = parameters.take_optional("smoothing")?;
+        // Rows that share a function are averaged already.
+        let rows_of_function = f64::from(importance_resolution) / f64::from(function_count);
+        let width = f64::from(importance_resolution) / 32.0 - rows_of_function;
         let (fit, snaps) = Fit::take(parameters)?;
         Ok(Self {
             map: MapParameters::from_parameters(parameters)?,
@@ -69,8 +86,9 @@ impl ShadowMethod for NonOrthogonalWarp {
             fit,
             snaps,
             importance_resolution,
+            function_count,
             fit_of_counts: CountFit {
-                smoothing: smoothing.unwrap_or(f64::from(importance_resolution) / 32.0),
+                smoothing: smoothing.unwrap_or(width.max(0.0)),
                 exponent: parameters.take_fraction("exponent")?,
                 even_share: parameters.take_fraction("even_share")?,
             },
@@ -79,7 +97,7 @@ impl ShadowMethod for NonOrthogonalWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let resolution = self.map.resolution;
-        let functions = self.importance_resolution;
+        let cells = self.importance_resolution;
         let mut plans = Vec::new();
         let layers = self.fit.fit(view, self.snaps, resolution)?;
         let prepared = self.analysis.prepare(view, &self.map, &layers)?;
@@ -93,15 +111,20 @@ impl ShadowMethod for NonOrthogonalWarp {
         for fitted in layers {
             let analysed = self.analysis.look(view, &fitted, direction)?;
             let factors = self.analysis.factors(&prepared, analysed.as_ref());
-            let warp = WarpMap::new(view.frame(), functions, functions, resolution)?;
+            let warp = WarpMap::new(view.frame(), self.function_count, cells, resolution)?;
             let mut importance = None;
             for axis in [Axis::X, Axis::Y] {
                 let counted = match axis {
-                    Axis::X => Importance::CountAlongX { functions, unit },
-                    Axis::Y => Importance::CountAlongY { functions, unit },
+                    Axis::X => Importance::CountAlongX {
+                        functions: cells,
+                        unit,
+                    },
+                    Axis::Y => Importance::CountAlongY {
+                        functions: cells,
+                        unit,
+                    },
                 };
-                let counts =
-                    view.importance_map(&fitted, functions, counted, factors, Some(&warp))?;
+                let counts = view.importance_map(&fitted, cells, counted, factors, Some(&warp))?;
                 let along_x = (axis == Axis::Y).then_some(&warp);
                 self.analysis.blend(view, &fitted, &counts, along_x)?;
                 let frame = view.frame();

@@ -49,7 +49,7 @@ pub struct Layout {
 /// How functions follow from counts of receivers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CountFit {
-    /// Standard deviation, in functions, of about a Gaussian among them.
+    /// Standard deviation, in rows of counts, of about a Gaussian among them.
     pub smoothing: f64,
     /// The power of a count that a cell is worth.
     pub exponent: f64,
@@ -69,6 +69,7 @@ pub enum Axis {
 struct AxisUniform {
     functions: u32,
     cells: u32,
+    rows: u32,
     texels: u32,
     window: u32,
     forward: u32,
@@ -79,6 +80,7 @@ struct AxisUniform {
     blur_sigma: f32,
     exponent: f32,
     even_share: f32,
+    padding: [u32; 3],
 }
 
 impl WarpMap {
@@ -127,6 +129,7 @@ impl WarpMap {
         AxisUniform {
             functions: self.layout.functions[i],
             cells: self.layout.cells[i],
+            rows: self.layout.cells[1 - i],
             texels: resolution,
             window,
             forward: self.layout.forward[i],
@@ -137,10 +140,12 @@ impl WarpMap {
             blur_sigma: blur_sigma as f32,
             exponent: 1.0,
             even_share: 0.0,
+            padding: [0; 3],
         }
     }
 
-    /// The functions along one axis from counts of receivers (Milet et al.).
+    /// The functions along one axis from counts of receivers (Milet et al.), as many rows (columns) of
+    /// cells as the functions along the other axis have. Each function serves its share of the rows.
     pub fn fit_counts(
         &self,
         frame: &mut Frame,
@@ -152,44 +157,42 @@ impl WarpMap {
         let sigma = fit.smoothing;
         // Two windows of 2 h + 1 have the variance ((2 h + 1)^2 - 1) / 6.
         let window = (((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as u32;
-        let window = window.min(self.layout.functions[axis as usize]);
+        let window = window.min(self.layout.cells[1 - axis as usize]);
         let uniform = AxisUniform {
             exponent: fit.exponent as f32,
             even_share: fit.even_share as f32,
             ..self.axis(axis, resolution, window, 1.0)
         };
-        let (functions, cells) = (uniform.functions, uniform.cells);
+        let (functions, rows, cells) = (uniform.functions, uniform.rows, uniform.cells);
         let uniform = frame.uniform("warp axis", &uniform);
-        let size = 8 * u64::from(functions) * u64::from(cells);
+        let size = 8 * u64::from(rows) * u64::from(cells);
         let one = frame.storage("weights", size)?;
         let two = frame.storage("smoothed weights", size)?;
         let gpu = frame.gpu.clone();
         let widen = gpu.pipeline(SHADER, "widen", &[]);
-        let smooth = gpu.pipeline(SHADER, "smooth_functions", &[]);
+        let smooth = gpu.pipeline(SHADER, "smooth_rows", &[]);
+        let gather = gpu.pipeline(SHADER, "gather", &[]);
         let fit = gpu.pipeline(SHADER, "functions_of_counts", &[]);
-        let smoothing = |from, to| Dispatch {
-            pipeline: &smooth,
+        let adding = |pipeline, from, to, rows| Dispatch {
+            pipeline,
             bindings: vec![(0, buffer(&uniform)), (2, buffer(from)), (3, buffer(to))],
-            groups: Groups::Grid(cells.div_ceil(64), 1),
+            groups: Groups::Grid(cells.div_ceil(64), rows),
         };
         let mut dispatches = vec![Dispatch {
             pipeline: &widen,
-            bindings: vec![
-                (0, buffer(&uniform)),
-                (1, buffer(counts)),
-                (3, buffer(&one)),
-            ],
-            groups: Groups::Linear((u64::from(functions) * u64::from(cells)).div_ceil(64)),
+            bindings: vec![(1, buffer(counts)), (3, buffer(&one))],
+            groups: Groups::Linear((u64::from(rows) * u64::from(cells)).div_ceil(64)),
         }];
         if window > 0 {
-            dispatches.push(smoothing(&one, &two));
-            dispatches.push(smoothing(&two, &one));
+            dispatches.push(adding(&smooth, &one, &two, 1));
+            dispatches.push(adding(&smooth, &two, &one, 1));
         }
+        dispatches.push(adding(&gather, &one, &two, functions));
         dispatches.push(Dispatch {
             pipeline: &fit,
             bindings: vec![
                 (0, buffer(&uniform)),
-                (2, buffer(&one)),
+                (2, buffer(&two)),
                 (4, buffer(&self.table)),
             ],
             groups: Groups::Grid(functions.div_ceil(8), 1),
