@@ -33,10 +33,11 @@ def run(*command: str | Path, **environment: str | Path) -> str:
     """What the command prints; it prints its errors itself."""
     print("$", *command, flush=True)
     changed = {**os.environ, **{name: str(value) for name, value in environment.items()}}
-    ended = subprocess.run(
-        list(map(str, command)), cwd=ROOT, env=changed, check=True, stdout=subprocess.PIPE
-    )
-    return ended.stdout.decode()
+    ended = subprocess.run(list(map(str, command)), cwd=ROOT, env=changed, stdout=subprocess.PIPE)
+    printed = ended.stdout.decode()
+    if ended.returncode != 0:
+        raise SystemExit(f"{printed}\n{command[0]} failed")
+    return printed
 
 
 def llvm(tool: str) -> Path:
