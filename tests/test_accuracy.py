@@ -137,6 +137,8 @@ def test_kept_tables_name_device_date_and_command(path):
         "coverage": "python tests/measure_coverage.py",
         "growth": "python -m lixel.growth",
         "mutants": "python tests/mutants.py",
+        "sponza": "python -m lixel.paper_tables.chong_gortler",
+        "truck_town": "python -m lixel.paper_tables.chong_gortler",
     }
     command = maker.get(path.stem, maker.get(path.parent.name, "lixel"))
     assert (table["command"] + " ").str.startswith(f"{command} ").all()
