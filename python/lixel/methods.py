@@ -620,7 +620,8 @@ class NonOrthogonalWarp(WarpMethod):
         Cells along each side of the map where receivers are counted, and of each function.
     function_count : int, optional
         Functions along each axis. The papers' is `importance_resolution`, which is also the most.
-        None: 16, or as many as there are cells.
+        None: 16, or as many as there are cells; all with ``rasterization="linear"``, whose straight
+        edges come near the warp's only where neighbouring functions are alike.
     smoothing : float, optional
         Standard deviation, in cells, of the weighted average of counts among neighbouring rows
         (columns). None: a thirty-second of `importance_resolution`, less the rows that share a

@@ -24,9 +24,10 @@ use super::importance::{Analysis, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
 use crate::passes::importance_map::Importance;
+use crate::passes::rasterize::Rasterization;
 use crate::passes::warp_map::{Axis, CountFit, WarpMap};
 
-/// Functions along each axis where none are asked for.
+/// Functions along each axis where none are asked for, and rasterization is exact.
 const FUNCTION_COUNT: u32 = 16;
 
 const FUNCTIONS: &[&str] = &["count", "normal", "shadow_edge", "boundary"];
@@ -68,8 +69,14 @@ impl ShadowMethod for NonOrthogonalWarp {
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let importance_resolution = parameters.take_resolution("importance_resolution")?;
+        let map = MapParameters::from_parameters(parameters)?;
+        let most = match map.rasterization {
+            Rasterization::Exact => FUNCTION_COUNT,
+            // Straight edges come near the warp's only where neighbouring functions are alike.
+            Rasterization::Linear { .. } => importance_resolution,
+        };
         let function_count = parameters.take_optional_resolution("function_count")?;
-        let function_count = function_count.unwrap_or(FUNCTION_COUNT.min(importance_resolution));
+        let function_count = function_count.unwrap_or(most.min(importance_resolution));
         ensure_value!(
             function_count <= importance_resolution,
             "function_count must be at most importance_resolution, {importance_resolution}, \
@@ -81,7 +88,7 @@ impl ShadowMethod for NonOrthogonalWarp {
         let width = f64::from(importance_resolution) / 32.0 - rows_of_function;
         let (fit, snaps) = Fit::take(parameters)?;
         Ok(Self {
-            map: MapParameters::from_parameters(parameters)?,
+            map,
             analysis: Analysis::from_parameters(parameters, FUNCTIONS)?,
             fit,
             snaps,
