@@ -1,6 +1,6 @@
 """Line coverage of Rust and Python by all tests: `make coverage`.
 
-For Python the tests run as always, a quarter of an hour. For Rust the extension module and the Rust
+For Python the tests run in one process, half an hour. For Rust the extension module and the Rust
 tests are built with counters, and what both and the Python tests run counts. That takes hours, as
 counting slows the reference down. The tests' own lines do not count.
 
@@ -48,10 +48,7 @@ def llvm(tool: str) -> Path:
     return found[0]
 
 
-TESTS = (
-    sys.executable, "-m", "pytest", "--quiet", "--numprocesses=2", "--dist=loadfile",
-    "--timeout=3600",
-)  # fmt: skip
+PYTEST = ("-m", "pytest", "--quiet", "--timeout=3600")
 
 
 def measured_rust() -> list[Path]:
@@ -76,7 +73,10 @@ def measured_rust() -> list[Path]:
     MODULE.unlink(missing_ok=True)
     (library,) = (file for file in (TARGET / "release").iterdir() if file.name in LIBRARIES)
     shutil.copy(library, MODULE)
-    run(*TESTS, PYTHONPATH=MODULE.parent.parent, **counting)
+    run(
+        sys.executable, *PYTEST, "--numprocesses=2", "--dist=loadfile",
+        PYTHONPATH=MODULE.parent.parent, **counting,
+    )  # fmt: skip
     return [MODULE, tests]
 
 
@@ -109,8 +109,12 @@ def rust() -> Iterator[tuple[str, int, int]]:
 
 def python() -> Iterator[tuple[str, int, int]]:
     """File, lines and covered lines."""
+    # In one process, where counting begins before pytest loads lixel's plugin.
+    coverage = (sys.executable, "-m", "coverage")
+    data = f"--data-file={FOLDER / 'python.data'}"
     report = FOLDER / "python.json"
-    run(*TESTS, "--cov=lixel", f"--cov-report=json:{report}")
+    run(*coverage, "run", data, "--source=lixel", *PYTEST)
+    run(*coverage, "json", data, "-o", report)
     for name, found in json.loads(report.read_text(encoding="utf-8"))["files"].items():
         summary = found["summary"]
         yield name, summary["num_statements"], summary["covered_lines"]
