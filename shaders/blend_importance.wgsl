@@ -15,11 +15,9 @@ struct Blend {
     determinant: f32,
     share: f32,                         // of the old map
     unit: f32,                          // what a weight of one counts
-    functions: u32,                     // along y
     cells: u32,                         // of the new map along each side
     old_columns: u32,
     old_rows: u32,
-    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> blend_uniform: Blend;
@@ -95,6 +93,6 @@ fn splat(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let counted = u32(round(blend.share * old.x * old.y * blend.unit));
     let uv = (vec2<f32>(invocation.xy) + 0.5) / f32(blend.cells);
     let x = warped_from_linear(load_warp(), uv).uv.x;
-    let column = min(u32(clamp(x, 0.0, 1.0) * f32(blend.functions)), blend.functions - 1u);
+    let column = min(u32(clamp(x, 0.0, 1.0) * f32(blend.cells)), blend.cells - 1u);
     atomicAdd(&counts[column * blend.cells + invocation.y], counted);
 }

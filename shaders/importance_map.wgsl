@@ -1,8 +1,8 @@
 // Importance of the cells of a grid over the light's map, from the receivers that face the light.
 //
 //   count     how much the receivers in each cell weigh, one each without factors (Milet et al.,
-//             "Non-orthogonal texture warping", section 3): layout [function][cell], along x or, after
-//             the warp along x, along y
+//             "Non-orthogonal texture warping", section 3): in rows of cells along x or, after the warp
+//             along x, in columns of cells along y
 //   maximum   the greatest importance of a receiver in each cell (Rosen, "Rectilinear texture
 //             warping", sections 5 and 6.3)
 //
@@ -12,11 +12,10 @@
 #import warp
 
 struct Importance {
-    functions: u32,                     // of `count`: rows, or columns along y
-    cells: u32,
-    along_y: u32,
-    normal_bonus: f32,                  // Rosen's beta
+    cells: u32,                         // along each side
+    along_y: u32,                       // `count` in columns
     map_weights: vec2<u32>,             // columns, rows
+    normal_bonus: f32,                  // Rosen's beta
     shadow_edges: u32,                  // columns and rows
     tiles: u32,                         // columns of boundary weights
     unit: f32,                          // what a weight of one counts
@@ -96,12 +95,12 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
                 if importance.along_y != 0u {
                     place = vec2<f32>(warped_from_linear(warp, uv).uv.x, uv.y);
                 }
-                let function_index = cell_at(place.x, importance.functions);
+                let line = cell_at(place.x, importance.cells);
                 let cell = cell_at(place.y, importance.cells);
                 let pixel = vec2<u32>(invocation.x, row);
                 let weight = importance_of(importance, receiver, pixel, receivers.width, uv);
                 let counted = u32(round(weight * importance.unit));
-                atomicAdd(&importance_map[function_index * importance.cells + cell], counted);
+                atomicAdd(&importance_map[line * importance.cells + cell], counted);
             }
         }
     }

@@ -2,7 +2,7 @@
 //
 // Non-orthogonal (Milet et al.): a function for each row (column) from the prefix sums of its counts
 // (Eq. 1-5). Smoothing among the functions is a weighted average by receiver counts N_i; since
-// N_i X_i(x) is the prefix sum itself, that average is the function of the *smoothed counts*. `smooth`
+// N_i X_i(x) is the prefix sum itself, that average is the function of the *smoothed counts*. `smooth_rows`
 // averages them over a window of rows (columns); twice makes a tent. `gather` adds up the rows that share
 // a function. The sums may be taken to a power, and a part of the map may be shared out evenly:
 // methods/notw.rs says why.
@@ -10,8 +10,8 @@
 // Rectilinear (Rosen, 4.2): one function from the maxima of rows or columns, blurred by a Gaussian (Eq. 1).
 //
 // No loop comes near the 65,535 iterations after which some drivers stop in silence: `MOST_CELLS` in
-// warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers; a function without any
-// importance is the identity.
+// warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers;
+// a function without any importance is the identity.
 
 struct WarpAxis {
     functions: u32,

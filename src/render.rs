@@ -32,7 +32,7 @@ pub struct Rendered {
     pub triangle_id: Vec<i32>,
     /// Depths in [0, 1] per texel, layer after layer; empty unless asked for.
     pub shadow_map: Vec<f32>,
-    /// (functions, cells, values) of each layer that has one; empty unless asked for.
+    /// (rows, columns, values) of each layer that has one; empty unless asked for.
     pub importance_maps: Vec<(usize, usize, Vec<f32>)>,
     pub layers: Vec<RenderedLayer>,
     pub timings: Timings,
@@ -294,7 +294,7 @@ fn record(
             });
         }
         if let Some(importance) = importance.filter(|_| outputs.importance_map) {
-            let count = importance.functions as usize * importance.cells as usize;
+            let count = (importance.cells as usize).pow(2);
             let read = frame.read::<u32>(Source::Kept(&importance.buffer), count)?;
             importance_maps.push((importance, read));
         }
@@ -337,7 +337,8 @@ fn record(
     for (map, read) in &importance_maps {
         let bits = results.take(read)?;
         let values = bits.into_iter().map(|bits| map.value_from_bits(bits));
-        importances.push((map.functions as usize, map.cells as usize, values.collect()));
+        let cells = map.cells as usize;
+        importances.push((cells, cells, values.collect()));
     }
     let mut layers = Vec::new();
     for (fitted, warp) in rendered_layers {

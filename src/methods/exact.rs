@@ -152,21 +152,19 @@ fn rectilinear(view: &mut View, fitted: Fitted) -> Result<Plan> {
 /// A function for each row and each column, by the number of receivers (Milet et al.).
 fn non_orthogonal(view: &mut View, fitted: Fitted) -> Result<Plan> {
     let resolution = fitted.projection.width;
-    let functions = CELLS;
-    let warp = WarpMap::new(view.frame(), functions, functions, resolution)?;
+    let warp = WarpMap::new(view.frame(), CELLS, CELLS, resolution)?;
     let fit = CountFit {
         smoothing: f64::from(CELLS) / 16.0,
         exponent: 1.0,
         even_share: 0.0,
     };
-    let unit = 1.0;
     for axis in [Axis::X, Axis::Y] {
-        let counted = match axis {
-            Axis::X => Importance::CountAlongX { functions, unit },
-            Axis::Y => Importance::CountAlongY { functions, unit },
+        let counted = Importance::Count {
+            along: axis,
+            unit: 1.0,
         };
         let factors = Factors::default();
-        let counts = view.importance_map(&fitted, functions, counted, factors, Some(&warp))?;
+        let counts = view.importance_map(&fitted, CELLS, counted, factors, Some(&warp))?;
         warp.fit_counts(view.frame(), axis, resolution, &counts.buffer, fit)?;
     }
     warp.finish(view.frame(), resolution);

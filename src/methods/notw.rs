@@ -121,16 +121,7 @@ impl ShadowMethod for NonOrthogonalWarp {
             let warp = WarpMap::new(view.frame(), self.function_count, cells, resolution)?;
             let mut importance = None;
             for axis in [Axis::X, Axis::Y] {
-                let counted = match axis {
-                    Axis::X => Importance::CountAlongX {
-                        functions: cells,
-                        unit,
-                    },
-                    Axis::Y => Importance::CountAlongY {
-                        functions: cells,
-                        unit,
-                    },
-                };
+                let counted = Importance::Count { along: axis, unit };
                 let counts = view.importance_map(&fitted, cells, counted, factors, Some(&warp))?;
                 let along_x = (axis == Axis::Y).then_some(&warp);
                 self.analysis.blend(view, &fitted, &counts, along_x)?;

@@ -30,11 +30,10 @@ struct BlendUniform {
     determinant: f32,
     share: f32,
     unit: f32,
-    functions: u32,
     cells: u32,
     old_columns: u32,
     old_rows: u32,
-    padding: u32,
+    padding: [u32; 2],
 }
 
 /// Blends the map in place: counts along y, where there is a `warp` whose functions along x say where the
@@ -57,11 +56,10 @@ pub fn blend_importance(
         determinant: matrix.determinant() as f32,
         share: old.share as f32,
         unit: map.count_unit.unwrap_or(1.0) as f32,
-        functions: map.functions,
         cells: map.cells,
         old_columns: old.columns,
         old_rows: old.rows,
-        padding: 0,
+        padding: [0; 2],
     };
     let uniform = frame.uniform(LABEL, &uniform);
     let values = frame.constants("old importance", old.values)?;
@@ -76,7 +74,7 @@ pub fn blend_importance(
         (Some(_), Some(_)) => "fade",
     };
     let blend = gpu.pipeline(shader(None), entry_point, &[]);
-    let groups = |rows| Groups::Grid(map.cells.div_ceil(64), rows);
+    let groups = || Groups::Grid(map.cells.div_ceil(64), map.cells);
     let mut bindings = vec![(0, buffer(&uniform)), (2, buffer(&map.buffer))];
     if entry_point != "fade" {
         bindings.push((1, buffer(&values)));
@@ -84,7 +82,7 @@ pub fn blend_importance(
     let mut dispatches = vec![Dispatch {
         pipeline: &blend,
         bindings,
-        groups: groups(map.functions),
+        groups: groups(),
     }];
     let splat;
     if entry_point == "fade" {
@@ -98,7 +96,7 @@ pub fn blend_importance(
         dispatches.push(Dispatch {
             pipeline: &splat,
             bindings,
-            groups: groups(map.cells),
+            groups: groups(),
         });
     }
     frame.pass(LABEL, &dispatches);

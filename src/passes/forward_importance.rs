@@ -98,7 +98,6 @@ pub fn forward_importance(
     );
     Ok(ImportanceMap {
         buffer: map,
-        functions: cells,
         cells,
         count_unit: None,
     })

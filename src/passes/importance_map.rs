@@ -2,7 +2,7 @@
 
 use super::Receivers;
 use super::boundary::BoundaryWeights;
-use super::warp_map::{self, WarpMap};
+use super::warp_map::{self, Axis, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Binding, Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
@@ -15,11 +15,9 @@ pub const LABEL: &str = "importance map";
 /// What a cell is worth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Importance {
-    /// How much the receivers in it weigh, cells along x in each of `functions` rows.
-    CountAlongX { functions: u32, unit: f64 },
-    /// The same along y in each of `functions` columns, once the receivers went through the warp's
-    /// functions along x.
-    CountAlongY { functions: u32, unit: f64 },
+    /// How much the receivers in it weigh, where a weight of one counts `unit`: in rows of cells along x,
+    /// or in columns of cells along y once the receivers went through the warp's functions along x.
+    Count { along: Axis, unit: f64 },
     /// The greatest importance of a receiver in it.
     Maximum,
 }
@@ -61,10 +59,9 @@ impl<'a> Factors<'a> {
     }
 }
 
-/// An importance map on the device, `cells` to each of `functions` rows.
+/// An importance map on the device, `cells` along each side.
 pub struct ImportanceMap {
     pub buffer: PooledBuffer,
-    pub functions: u32,
     pub cells: u32,
     /// What a weight of one counts where a cell holds a count; else it holds the bits of a float32.
     pub count_unit: Option<f64>,
@@ -83,15 +80,13 @@ impl ImportanceMap {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 struct ImportanceUniform {
-    functions: u32,
     cells: u32,
     along_y: u32,
-    normal_bonus: f32,
     map_weights: [u32; 2],
+    normal_bonus: f32,
     shadow_edges: u32,
     tiles: u32,
     unit: f32,
-    padding: [u32; 3],
 }
 
 /// Records the pass.
@@ -104,24 +99,20 @@ pub fn importance_map(
     factors: Factors,
     warp: Option<&WarpMap>,
 ) -> Result<ImportanceMap> {
-    let (entry_point, functions, along_y, count_unit) = match importance {
-        Importance::CountAlongX { functions, unit } => ("count", functions, false, Some(unit)),
-        Importance::CountAlongY { functions, unit } => ("count", functions, true, Some(unit)),
-        Importance::Maximum => ("maximum", cells, false, None),
+    let (entry_point, along, count_unit) = match importance {
+        Importance::Count { along, unit } => ("count", along, Some(unit)),
+        Importance::Maximum => ("maximum", Axis::X, None),
     };
     let uniform = ImportanceUniform {
-        functions,
         cells,
-        along_y: u32::from(along_y),
-        normal_bonus: factors.normal.unwrap_or(0.0) as f32,
+        along_y: u32::from(along == Axis::Y),
         map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
+        normal_bonus: factors.normal.unwrap_or(0.0) as f32,
         shadow_edges: factors.shadow_edge.map_or(1, |(_, side)| side),
         tiles: factors.boundary.map_or(1, |boundary| boundary.columns),
         unit: count_unit.unwrap_or(1.0) as f32,
-        padding: [0; 3],
     };
-    let size = 4 * u64::from(functions) * u64::from(cells);
-    let map = frame.storage(LABEL, size)?;
+    let map = frame.storage(LABEL, 4 * u64::from(cells).pow(2))?;
     frame.clear(&map);
     let receivers = seen.uniform(projection);
     let receivers = frame.uniform("receivers", &receivers);
@@ -166,7 +157,6 @@ pub fn importance_map(
     );
     Ok(ImportanceMap {
         buffer: map,
-        functions,
         cells,
         count_unit,
     })

@@ -152,11 +152,12 @@ pub fn rasterize(
         let most = longest_side.max(bands);
         ensure_value!(
             most <= MOST_NAMES,
-            "resolution and importance_resolution must be at most {MOST_NAMES} with a warp of rows and \
-             columns, got {most}"
+            "resolution and function_count must be at most {MOST_NAMES} with a warp of rows and columns, \
+             got {most}"
         );
-        // An item may be a column of texels or 128 of them, and an invocation, whose lanes wait for one another
-        // in the inner loops, must stay below 65,535 iterations.
+        // An item is at most one column of texels as long as the map, or 128 texels of several columns. Lanes
+        // wait for one another in the inner loops, and all of an invocation's loops together must stay below
+        // 65,535 iterations.
         per_invocation = per_invocation.min(16_384 / longest_side).clamp(1, 32);
     }
 
