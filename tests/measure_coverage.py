@@ -19,14 +19,16 @@ import sysconfig
 from collections.abc import Iterator
 from pathlib import Path
 
+import core_library
+
+from lixel.kept import write
+
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "out" / "coverage"
 TARGET = ROOT / "target" / "coverage"
 PROFILES = FOLDER / "profiles"
-MODULE = FOLDER / "python" / "lixel" / "_core.abi3.so"
 
-# On Linux and on macOS.
-LIBRARIES = ("lib_core.so", "lib_core.dylib")
+PYTEST = ("-m", "pytest", "--quiet", "--timeout=3600")
 
 
 def run(*command: str | Path, **environment: str | Path) -> str:
@@ -48,9 +50,6 @@ def llvm(tool: str) -> Path:
     return found[0]
 
 
-PYTEST = ("-m", "pytest", "--quiet", "--timeout=3600")
-
-
 def measured_rust() -> list[Path]:
     """Runs all tests; the programs and libraries that have counters."""
     counting = {
@@ -69,15 +68,14 @@ def measured_rust() -> list[Path]:
     built = [json.loads(line) for line in messages.splitlines()]
     (tests,) = (Path(message["executable"]) for message in built if message.get("executable"))
     run(tests, **counting)
-    shutil.copytree(ROOT / "python", MODULE.parent.parent)
-    MODULE.unlink(missing_ok=True)
-    (library,) = (file for file in (TARGET / "release").iterdir() if file.name in LIBRARIES)
-    shutil.copy(library, MODULE)
+    folder = FOLDER / "python"
+    shutil.copytree(ROOT / "python", folder)
+    module = core_library.install(TARGET / "release", folder / "lixel")
     run(
         sys.executable, *PYTEST, "--numprocesses=2", "--dist=loadfile",
-        PYTHONPATH=MODULE.parent.parent, **counting,
+        PYTHONPATH=folder, **counting,
     )  # fmt: skip
-    return [MODULE, tests]
+    return [module, tests]
 
 
 def rust() -> Iterator[tuple[str, int, int]]:
@@ -129,8 +127,6 @@ def main() -> None:
     chosen = parser.parse_args().language
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
-    from lixel.kept import write
-
     rows = []
     for language in [chosen] if chosen else LANGUAGES:
         files = list(LANGUAGES[language]())

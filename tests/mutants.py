@@ -16,6 +16,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import core_library
+
 from lixel.kept import write
 
 ROOT = Path(__file__).parent.parent
@@ -43,9 +45,6 @@ class Mutant:
     new: str
     tests: tuple[str, ...]
 
-
-# On Linux and on macOS.
-LIBRARIES = ("lib_core.so", "lib_core.dylib")
 
 LOOKUP = "shaders/lookup.wgsl"
 GRID = "shaders/warp/grid.wgsl"
@@ -184,11 +183,7 @@ def failing_test(folder: Path, tests: tuple[str, ...]) -> str:
         if ended.returncode != 0:
             raise RuntimeError(ended.stderr)
         built = folder / "target" / "release"
-        (library,) = (file for file in built.iterdir() if file.name in LIBRARIES)
-        # A new file: the old one may be in use.
-        module = folder / "python" / "lixel" / "_core.abi3.so"
-        module.unlink(missing_ok=True)
-        shutil.copy(library, module)
+        core_library.install(built, folder / "python" / "lixel")
         ended = run(folder, [sys.executable, "-m", "pytest", "-q", "-x", *options])
         found = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
     if ended.returncode == 0:

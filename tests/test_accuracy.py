@@ -134,7 +134,6 @@ def test_kept_tables_name_device_date_and_command(path):
         "accuracy": "python -m lixel.accuracy",
         "auto": "python -m lixel.calibration",
         "cluster": "python tests/cluster.py",
-        "coverage": "python tests/measure_coverage.py",
         "growth": "python -m lixel.growth",
         "mutants": "python tests/mutants.py",
         "sponza": "python -m lixel.paper_tables.chong_gortler",

@@ -10,6 +10,7 @@ import textwrap
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -277,11 +278,11 @@ def test_scratch_memory_is_freed():
     gives nothing back to the system."""
     ended = script(
         """
-        from pathlib import Path
+        import sys
         import lixel as lx
 
-        def resident_bytes():
-            return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+        sys.path.append(sys.argv[1])
+        from soak import resident_bytes
 
         scene = lx.scenes.plane_and_box()
         view = scene, scene.cameras["default"].resized(96, 64), scene.lights["default"]
@@ -294,6 +295,7 @@ def test_scratch_memory_is_freed():
         assert freed > 0.8 * 8 * 4000**2, freed
         assert lx.render_shadows(*view, method).shape == (64, 96)
         print("done")
-        """
+        """,
+        str(Path(soak.__file__).parent),
     )
     assert (ended.returncode, ended.stdout) == (0, "done\n"), ended.stderr

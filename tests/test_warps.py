@@ -9,9 +9,9 @@ import lixel as lx
 from lixel.scenes import colonnade
 
 WARPS = ("rtw", "notw")
-# Functions that are the prefix sums themselves.
+# Functions that are the prefix sums themselves. As published there is one for each row, too:
+# `function_count`.
 PAPER = {"smoothing": 0, "exponent": 1, "even_share": 0}
-"""With a function for each row, `function_count`."""
 
 
 @pytest.fixture(scope="module")
