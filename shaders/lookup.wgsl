@@ -100,12 +100,14 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     var previous = NO_TRIANGLE;
     var above = NO_TRIANGLE;
     var first_of_row = NO_TRIANGLE;
+    var neighbours = neighbours_of_texel(warp, middle, reach, projection.size);
     for (var y = -reach; y <= reach; y += 1) {
         above = first_of_row;
         for (var x = -reach; x <= reach; x += 1) {
             let texel = middle + vec2<i32>(x, y);
             if all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
-                let linear = linear_from_texel(warp, texel, projection.size);
+                let place = vec2<i32>(x, y) + reach;
+                let linear = linear_from_neighbour(warp, &neighbours, place, texel, projection.size);
                 let step = linear * size - projection.centre - centred;
                 let plane = depth_of_neighbour(projection, normal, receiver.q, step * receivers.receiver_plane, TEXEL_REACH);
                 let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));

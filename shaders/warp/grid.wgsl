@@ -26,6 +26,8 @@ struct Warped {
 }
 
 const IS_WARPED: bool = true;
+// Whether there is one function along each axis.
+override is_rectilinear: bool = false;
 // Functions that share an envelope.
 const BLOCK: u32 = 16u;
 
@@ -46,6 +48,9 @@ fn value_and_slope(first: u32, cells: u32, x: f32) -> vec2<f32> {
 }
 
 fn function_at(place: f32, functions: u32) -> u32 {
+    if is_rectilinear {
+        return 0u;
+    }
     return min(u32(clamp(place, 0.0, 1.0) * f32(functions)), functions - 1u);
 }
 
@@ -74,6 +79,39 @@ fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32>
     let y = warp_table[warp.inverse.y + column * size.y + place.y];
     let row = function_at(y, warp.functions.x);
     return vec2<f32>(warp_table[warp.inverse.x + row * size.x + place.x], y);
+}
+
+// Texels around one, `reach` on each side: a rectilinear warp leaves their columns and rows straight, and each
+// is asked for once.
+struct Neighbours {
+    columns: array<f32, 5>,
+    rows: array<f32, 5>,
+}
+
+fn neighbours_of_texel(warp: Warp, middle: vec2<i32>, reach: i32, size: vec2<u32>) -> Neighbours {
+    var neighbours: Neighbours;
+    if is_rectilinear {
+        for (var i = 0; i <= 2 * reach; i += 1) {
+            let texel = vec2<u32>(clamp(middle + i - reach, vec2<i32>(0), vec2<i32>(size) - 1));
+            neighbours.columns[i] = warp_table[warp.inverse.x + texel.x];
+            neighbours.rows[i] = warp_table[warp.inverse.y + texel.y];
+        }
+    }
+    return neighbours;
+}
+
+// As `linear_from_texel`, of the neighbour at a place, counted from the first one.
+fn linear_from_neighbour(
+    warp: Warp,
+    neighbours: ptr<function, Neighbours>,
+    place: vec2<i32>,
+    texel: vec2<i32>,
+    size: vec2<u32>,
+) -> vec2<f32> {
+    if is_rectilinear {
+        return vec2<f32>((*neighbours).columns[place.x], (*neighbours).rows[place.y]);
+    }
+    return linear_from_texel(warp, texel, size);
 }
 
 // Least value at `low` and greatest at `high` of the functions from `first` to `last` along an axis.

@@ -29,6 +29,25 @@ fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32>
     return (vec2<f32>(texel) + 0.5) / vec2<f32>(size);
 }
 
+// Texels around one.
+struct Neighbours {
+    unused: u32,
+}
+
+fn neighbours_of_texel(warp: Warp, middle: vec2<i32>, reach: i32, size: vec2<u32>) -> Neighbours {
+    return Neighbours(0u);
+}
+
+fn linear_from_neighbour(
+    warp: Warp,
+    neighbours: ptr<function, Neighbours>,
+    place: vec2<i32>,
+    texel: vec2<i32>,
+    size: vec2<u32>,
+) -> vec2<f32> {
+    return linear_from_texel(warp, texel, size);
+}
+
 fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(low, high);
 }

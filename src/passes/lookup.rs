@@ -156,6 +156,7 @@ pub fn lookup(
         ("has_low_parts", flag(seen.scene.has_low_parts)),
     ];
     constants.extend(seen.constants());
+    constants.extend(warp_map::constants(warp));
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     let scene = seen.scene;
     let mut bindings = seen.bindings(&uniform).to_vec();

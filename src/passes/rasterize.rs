@@ -136,6 +136,7 @@ pub fn rasterize(
     };
     let gpu = frame.gpu.clone();
     let mut constants = vec![("culls_by_depth", f64::from(u8::from(skips())))];
+    constants.extend(warp_map::constants(warp));
     let mut per_invocation = gpu.work_per_invocation(1, 64);
     let longest_side = projection.width.max(projection.height);
     let unused = frame.storage("unused tiles", 4)?;

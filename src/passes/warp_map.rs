@@ -24,6 +24,12 @@ pub fn shader(warp: Option<&WarpMap>) -> &'static str {
     }
 }
 
+/// Constants of the shaders that have that slot.
+pub fn constants(warp: Option<&WarpMap>) -> Option<(&'static str, f64)> {
+    let is_rectilinear = warp?.layout.functions == [1, 1];
+    Some(("is_rectilinear", f64::from(u8::from(is_rectilinear))))
+}
+
 /// A warp by functions along rows and columns, see `shaders/warp/grid.wgsl`.
 pub struct WarpMap {
     pub table: PooledBuffer,
