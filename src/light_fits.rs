@@ -93,6 +93,11 @@ pub fn focused(subject: &Subject, size: MapSize) -> Option<LightMatrix> {
     subject.hull.fit(DVec3::Z, size)
 }
 
+/// The near end z_n of a light space perspective is no less than this share of the farthest depth: a frustum
+/// that begins at the eye would put the apex there, and all texels with it. Of 1/1000, 1/100 and 1/20 the last
+/// had the fewest wrong pixels in eight scenes; receivers are seldom so near that it matters.
+const NEAREST: f64 = 1.0 / 20.0;
+
 /// Light space perspective: the texels narrow along the view as the pixels do, by the optimal distance
 /// n = (z_n + sqrt(z_n z_f)) / sin(gamma) of the frustum's apex (Wimmer et al. 2004, section 4.2).
 /// `None` where the light shines along the view, and no direction is the view's.
@@ -127,7 +132,8 @@ pub fn light_space_perspective(
         .iter()
         .map(|c| direction.dot(c.truncate() / c.z) - start);
     let extent = extent.fold(0.0, f64::max);
-    let (z_near, _) = subject.depths(camera);
+    let (z_near, farthest) = subject.depths(camera);
+    let z_near = z_near.max(NEAREST * farthest);
     let z_far = z_near + extent / scale * sine;
     let apex = (z_near + (z_near * z_far).sqrt()) / sine * scale;
     let w = direction.extend(apex - start).normalize();

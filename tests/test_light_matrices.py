@@ -168,3 +168,25 @@ def test_cascades_are_split_by_depth(splits, layers, objects):
 def test_bad_cascades_are_named(parameters, words):
     with pytest.raises(ValueError, match=words):
         lx.Cascades(**parameters)
+
+
+@pytest.mark.parametrize("direction", [(0.3, -1, 0.2), (-0.5, -0.7, 0.6), (0.2, -0.5, -0.8)])
+def test_a_frustum_that_begins_at_the_eye_leaves_texels_for_what_is_seen(direction):
+    """Among the columns and without a near plane of the user's, the frustum's apex is in the scene."""
+    scene = small("colonnade")
+    low, high = scene.bounds
+    middle = 0.5 * (low + high)
+    eye = (0.6 * low[0] + 0.4 * middle[0], 0.6 * middle[1], 1.02 * middle[2])
+    target = (high[0], 0.3 * middle[1], middle[2] + 0.5)
+    camera = lx.Camera.look_at(eye, target, yfov=1.0, width=320, height=180)
+    light = lx.DirectionalLight(direction)
+    truth = lx.reference(scene, camera, light)
+    focused, lispsm = (
+        lx.compare(lx.render(scene, camera, light, method), truth).misclassified_count
+        for method in (
+            lx.Focused(fit="frustum", resolution=512),
+            lx.LightSpacePerspective(fit="frustum", resolution=512),
+        )
+    )
+    assert truth.covered.mean() > 0.5
+    assert lispsm < 3 * focused + 50
