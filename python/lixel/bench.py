@@ -8,6 +8,7 @@ have the same camera, so that nothing of a frame can be kept for the next.
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import math
 import os
@@ -59,8 +60,8 @@ def run(
     Returns
     -------
     list of dict
-        For each renderer its median, least and greatest milliseconds, the number of frames, and
-        the pixels that it got wrong by `reference`, ties left out.
+        For each renderer its version, its median, least and greatest milliseconds, the number of
+        frames, and the pixels that it got wrong by `reference`, ties left out.
     """
     if repeats < 1:
         raise ValueError(f"repeats must be at least 1, got {repeats}")
@@ -71,6 +72,7 @@ def run(
     contenders = [
         _Contender(
             f"lixel {method.name} {method.map_resolution or ''}".rstrip(),
+            _core.__version__,
             _lixel(scene, light, method),
             _Views(scene, camera),
         )
@@ -88,7 +90,8 @@ def run(
         except Exception as error:
             say(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
         else:
-            contenders.append(_Contender(name, render, _Views(scene, bounded)))
+            views = _Views(scene, bounded)
+            contenders.append(_Contender(name, _version(module), render, views))
 
     for contender in contenders:
         contender.warm_up(repeats)
@@ -110,6 +113,7 @@ def run(
 @dataclass
 class _Contender:
     name: str
+    version: str
     render: Render
     views: _Views
     repeats: int = 0
@@ -169,11 +173,18 @@ def with_planes(camera: Camera, truth: Reference) -> Camera:
     )
 
 
+def _version(module: str) -> str:
+    """Of the package that has the module, whose own name may be another."""
+    packages = importlib.metadata.packages_distributions().get(module, [])
+    return importlib.metadata.version(packages[0]) if packages else "?"
+
+
 def _row(contender: _Contender, truth: Reference) -> dict[str, Any]:
     wrong = wrong_pixels(contender.render(contender.views.camera), truth)
     times = contender.milliseconds
     return {
         "renderer": contender.name,
+        "version": contender.version,
         "ms, median": statistics.median(times),
         "least": min(times),
         "greatest": max(times),
