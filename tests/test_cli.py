@@ -1,9 +1,12 @@
 """The command line: what its arguments mean, what it writes, and its errors in one line."""
 
+import importlib.metadata
 import json
 import math
+import shlex
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import lixel as lx
@@ -114,6 +117,7 @@ def test_a_scene_without_camera_is_seen_whole():
         (["bench", "plane_and_box", "--repeats", "0"], "repeats"),
         (["bench", "plane_and_box", "--peers", "--repeats", "0"], "repeats"),
         (["bench", "plane_and_box", "city", "--peers"], "one scene"),
+        (["bench", "plane_and_box", "--peers", "-o", "table.txt"], "output"),
         (["bench", "plane_and_box", "--set", "x=1"], "parameters must be among"),
     ],
 )
@@ -227,6 +231,24 @@ def test_bench_runs_the_peers_that_are_installed(view):
     assert wrong["trimesh with embreex"] <= 2
     # A shadow map, filtered, without a bias that fits.
     assert 0 < wrong["pyrender"] < 0.1 * camera.width * camera.height
+
+
+def test_bench_writes_a_table_of_the_peers(tmp_path, monkeypatch):
+    monkeypatch.setattr(bench, "PEERS", {"embreex": bench.PEERS["embreex"]})
+    output = tmp_path / "peers.csv"
+    given = ["bench", "plane_and_box", "--peers", *SMALL, "--repeats", "2", "-o", str(output)]
+    assert cli.main(given) == 0
+    found = pd.read_csv(output)
+    assert list(found["renderer"]) == ["lixel desired_view 2048", "embreex"]
+    assert list(found["version"]) == [lx.__version__, importlib.metadata.version("embreex")]
+    assert (found["least"] <= found["ms, median"]).all()
+    assert (found["ms, median"] <= found["greatest"]).all()
+    assert found["frames"].eq(2).all()
+    assert set(zip(found["scene"], found["width"], found["height"], strict=True)) == {
+        ("plane_and_box", 96, 64)
+    }
+    assert found["command"].eq(shlex.join(["lixel", *given])).all()
+    assert found[["device", "driver", "date"]].notna().all(axis=None)
 
 
 def test_a_peer_that_fails_is_left_out(view, monkeypatch, capfd):

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 import lixel as lx
+from lixel import bench
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = sorted((DOCS / "pages").glob("**/*.md"))
@@ -42,6 +43,17 @@ def test_results_name_device_date_and_command(path):
     )
     assert table["command"].str.startswith("lixel bench ").all()
     assert set(table["method"]) <= set(lx.METHODS)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((DOCS / "results" / "peers").glob("*.csv")), ids=lambda p: p.stem
+)
+def test_results_of_peers_name_versions_device_date_and_command(path):
+    table = pd.read_csv(path)
+    assert table[["version", "device", "driver", "date", "command"]].notna().all(axis=None)
+    assert table["command"].str.startswith("lixel bench ").all()
+    assert table["command"].str.contains(" --peers ").all()
+    assert set(table["renderer"][1:]) <= set(bench.PEERS)
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):

@@ -8,6 +8,7 @@ have the same camera, so that nothing of a frame can be kept for the next.
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import math
 import os
@@ -59,44 +60,47 @@ def run(
     Returns
     -------
     list of dict
-        For each renderer its median, least and greatest milliseconds, the number of frames, and
-        the pixels that it got wrong by `reference`, ties left out.
+        For each renderer its version, its median, least and greatest milliseconds, the number of
+        frames, and the pixels that it got wrong by `reference`, ties left out.
     """
     if repeats < 1:
         raise ValueError(f"repeats must be at least 1, got {repeats}")
+    if not isinstance(light, DirectionalLight):
+        raise ValueError(f"light must be directional to compare renderers, got {light}")
+    say("reference: casting rays on the CPU")
+    truth = reference(scene, camera, light)
     contenders = [
         _Contender(
             f"lixel {method.name} {method.map_resolution or ''}".rstrip(),
+            _core.__version__,
             _lixel(scene, light, method),
+            _Views(scene, camera),
         )
     ]
-    if not isinstance(light, DirectionalLight):
-        raise ValueError(f"light must be directional to compare renderers, got {light}")
+    bounded = with_planes(camera, truth)
     for name, (module, prepare) in PEERS.items():
         if importlib.util.find_spec(module) is None:
             say(f"left out: {name}, which needs the package {module}")
             continue
         try:
             render = prepare(scene, light)
-            render(camera)
+            render(bounded)
         # A peer may lack a driver or a library of its own, and says so with errors of its own; that
         # is no reason to lose the others.
         except Exception as error:
             say(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
         else:
-            contenders.append(_Contender(name, render))
+            views = _Views(scene, bounded)
+            contenders.append(_Contender(name, _version(module), render, views))
 
-    views = _Views(scene, camera)
     for contender in contenders:
-        contender.warm_up(views, repeats)
+        contender.warm_up(repeats)
     for turn in progress(range(repeats), "round"):
         for contender in contenders:
             if turn < contender.repeats:
-                contender.time(views.next())
+                contender.time()
 
-    say("reference: casting rays on the CPU")
-    truth = reference(scene, camera, light)
-    rows = [_row(contender, contender.render(camera), truth) for contender in contenders]
+    rows = [_row(contender, truth) for contender in contenders]
     device = _core.device()
     print(
         f"{scene.triangle_count:,} triangles, {camera.width} x {camera.height} pixels, "
@@ -109,18 +113,21 @@ def run(
 @dataclass
 class _Contender:
     name: str
+    version: str
     render: Render
+    views: _Views
     repeats: int = 0
     milliseconds: list[float] = field(default_factory=list)
 
-    def warm_up(self, views: _Views, repeats: int) -> None:
+    def warm_up(self, repeats: int) -> None:
         """Compiles, allocates, and decides how often to time."""
-        self.render(views.next())
-        self.time(views.next())
+        self.render(self.views.next())
+        self.time()
         seconds = self.milliseconds.pop() / 1e3
         self.repeats = min(repeats, max(_FEWEST, int(_PATIENCE / seconds)))
 
-    def time(self, camera: Camera) -> None:
+    def time(self) -> None:
+        camera = self.views.next()
         start = time.perf_counter()
         self.render(camera)
         self.milliseconds.append(1e3 * (time.perf_counter() - start))
@@ -146,11 +153,38 @@ def moved_by_a_hair(camera: Camera, scene: Scene, random: np.random.Generator) -
     return camera.posed(pose)
 
 
-def _row(contender: _Contender, visibility: Visibility, truth: Reference) -> dict[str, Any]:
-    wrong = wrong_pixels(visibility, truth)
+def with_planes(camera: Camera, truth: Reference) -> Camera:
+    """The camera with a near and a far plane around all that it sees.
+
+    A depth buffer is as exact as its near plane is far away, and most renderers must be told one.
+    """
+    seen = truth.depth[truth.covered]
+    if not seen.size:
+        raise ValueError("camera must see a surface to compare renderers")
+    return Camera(
+        camera.pose,
+        focal=camera.focal,
+        centre=camera.centre,
+        width=camera.width,
+        height=camera.height,
+        # Between pixels' centres something may be nearer.
+        znear=max(camera.znear or 0.0, 0.5 * float(seen.min())),
+        zfar=min(camera.zfar, 2.0 * float(seen.max())),
+    )
+
+
+def _version(module: str) -> str:
+    """Of the package that has the module, whose own name may be another."""
+    packages = importlib.metadata.packages_distributions().get(module, [])
+    return importlib.metadata.version(packages[0]) if packages else "?"
+
+
+def _row(contender: _Contender, truth: Reference) -> dict[str, Any]:
+    wrong = wrong_pixels(contender.render(contender.views.camera), truth)
     times = contender.milliseconds
     return {
         "renderer": contender.name,
+        "version": contender.version,
         "ms, median": statistics.median(times),
         "least": min(times),
         "greatest": max(times),
@@ -170,7 +204,7 @@ def wrong_pixels(visibility: Visibility, truth: Reference) -> int:
     return int(np.count_nonzero(judged & ~equal))
 
 
-# --- The renderers: from a scene and a light to a function of the camera ---
+# --- The renderers: from a scene and a light to a function of the camera, which has planes ---
 
 
 def _lixel(scene: Scene, light: Light, method: Method) -> Render:
@@ -281,6 +315,8 @@ def _warp(scene: Scene, light: DirectionalLight) -> Render:
     import warp as wp
 
     wp.config.quiet = True
+    # What newer versions have in its place: errors only.
+    wp.config.log_level = 40
     wp.init()
     mesh = wp.Mesh(
         points=wp.array(scene.vertices.astype(np.float32), dtype=wp.vec3),
@@ -321,29 +357,31 @@ def _pyrender(scene: Scene, light: DirectionalLight) -> Render:
     import pyrender
     import trimesh
 
-    stage = pyrender.Scene(ambient_light=(0, 0, 0), bg_color=(0, 0, 0, 0))
+    stage = pyrender.Scene(ambient_light=(0, 0, 0), bg_color=(0.0, 0.0, 1.0, 1.0))
     matt = pyrender.MetallicRoughnessMaterial(
         baseColorFactor=(1, 1, 1, 1), metallicFactor=0, roughnessFactor=1, doubleSided=True
     )
     mesh = trimesh.Trimesh(scene.vertices, scene.faces, process=False)
     stage.add(pyrender.Mesh.from_trimesh(mesh, material=matt, smooth=False))
-    stage.add(pyrender.DirectionalLight(intensity=_DAZZLING), pose=_pose_along(light.direction))
-    seen_from: dict[tuple[int, int], Any] = {}
+    stage.add(
+        pyrender.DirectionalLight(color=(1, 0, 0), intensity=2 * math.pi),
+        pose=_pose_along(light.direction),
+    )
+    # Only directional lights are asked to cast shadows.
+    lamp = _pose_along(light.direction)
+    lamp[:3, 3], distance = _far_along(scene, light)
+    stage.add(pyrender.PointLight(color=(0, 1, 0), intensity=math.pi * distance**2), pose=lamp)
+    lens = pyrender.IntrinsicsCamera(1, 1, 0, 0)
+    eye = stage.add(lens)
+    renderer = pyrender.OffscreenRenderer(1, 1)
 
     def render(camera: Camera) -> Visibility:
-        size = camera.width, camera.height
-        if size not in seen_from:
-            node = stage.add(
-                pyrender.IntrinsicsCamera(
-                    *camera.focal, *camera.centre, znear=camera._znear_for(scene), zfar=_far(scene)
-                )
-            )
-            seen_from[size] = node, pyrender.OffscreenRenderer(*size)
-        node, renderer = seen_from[size]
-        stage.main_camera_node = node
-        stage.set_pose(node, camera.pose)
-        picture, depth = renderer.render(stage, pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
-        return np.where(depth > 0, picture[..., 0] > 127, np.nan).astype(np.float32)
+        renderer.viewport_width, renderer.viewport_height = camera.width, camera.height
+        (lens.fx, lens.fy), (lens.cx, lens.cy) = camera.focal, camera.centre
+        lens.znear, lens.zfar = camera.znear, camera.zfar
+        stage.set_pose(eye, camera.pose)
+        picture, _ = renderer.render(stage, pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
+        return _visibility_of(picture)
 
     return render
 
@@ -364,44 +402,134 @@ def _pygfx(scene: Scene, light: DirectionalLight) -> Render:
     mesh.cast_shadow = mesh.receive_shadow = True
     low, high = scene.bounds
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    sun = pygfx.DirectionalLight(intensity=_DAZZLING)
-    sun.cast_shadow = True
-    sun.local.position = middle - light.direction * 2 * radius
-    sun.target.local.position = middle
+    sun = pygfx.DirectionalLight("#f00", 2, cast_shadow=True)
+    lamp = pygfx.DirectionalLight("#0f0", 1)
+    for each in (sun, lamp):
+        each.local.position = middle - light.direction * 2 * radius
+        each.target.local.position = middle
+        stage.add(each, each.target)
     sun.shadow.camera.width = sun.shadow.camera.height = 2 * radius
     sun.shadow.camera.depth_range = (radius, 3 * radius)
-    stage.add(mesh, sun, sun.target)
-    canvases: dict[tuple[int, int], Any] = {}
+    stage.add(mesh)
+    canvas = RenderCanvas(pixel_ratio=1)
+    renderer = pygfx.renderers.WgpuRenderer(canvas, pixel_ratio=1)
+    renderer.ppaa = "none"
+    eye = pygfx.PerspectiveCamera()
+    canvas.request_draw(lambda: renderer.render(stage, eye))
 
     def render(camera: Camera) -> Visibility:
-        size = camera.width, camera.height
-        if size not in canvases:
-            canvas = RenderCanvas(size=size, pixel_ratio=1)
-            renderer = pygfx.renderers.WgpuRenderer(canvas, pixel_ratio=1)
-            renderer.ppaa = "none"
-            # pygfx's angle is that of the mean of width and height.
-            wide = math.tan(camera.yfov / 2) * (1 + size[0] / size[1]) / 2
-            eye = pygfx.PerspectiveCamera(
-                math.degrees(2 * math.atan(wide)),
-                size[0] / size[1],
-                depth_range=(camera._znear_for(scene), _far(scene)),
-            )
-            canvas.request_draw(lambda: renderer.render(stage, eye))
-            canvases[size] = canvas, eye
-        canvas, eye = canvases[size]
+        canvas.set_logical_size(camera.width, camera.height)
+        eye.aspect = camera.width / camera.height
+        # pygfx's angle is that of the mean of width and height.
+        eye.fov = math.degrees(
+            2 * math.atan(math.tan(_only_angle(camera) / 2) * (1 + eye.aspect) / 2)
+        )
+        eye.depth_range = camera.znear, camera.zfar
         eye.world.matrix = camera.pose
-        red, blue = np.moveaxis(np.asarray(canvas.draw())[..., [0, 2]], -1, 0)
-        return np.where((blue > 127) & (red < 128), np.nan, red > 127).astype(np.float32)
+        return _visibility_of(np.asarray(canvas.draw()))
 
     return render
 
 
-# A light that saturates whatever it reaches, so that a pixel tells lit from shadow.
-_DAZZLING = 1000.0
+def _pyvista(scene: Scene, light: DirectionalLight) -> Render:
+    """VTK's exponential shadow map of 2048 x 2048 by OpenGL, off screen.
+
+    Light leaks in where caster and receiver are close. The exponential constant is the greatest
+    that VTK's documentation calls practical, which leaks least.
+    """
+    import pyvista
+    from vtkmodules.vtkRenderingOpenGL2 import (
+        vtkCameraPass,
+        vtkRenderPassCollection,
+        vtkSequencePass,
+        vtkShadowMapPass,
+    )
+
+    plotter = pyvista.Plotter(off_screen=True, lighting="none")
+    plotter.disable_anti_aliasing()
+    plotter.set_background("blue")
+    mesh = pyvista.PolyData.from_regular_faces(scene.vertices.astype(np.float32), scene.faces)
+    plotter.add_mesh(mesh, color="white", ambient=0, diffuse=1, specular=0)
+    far, distance = _far_along(scene, light)
+    for color, intensity in (("red", 2), ("lime", 1)):
+        lamp = pyvista.Light(
+            position=far,
+            focal_point=far + distance * light.direction,
+            color=color,
+            light_type="scene light",
+            intensity=intensity,
+        )
+        # A point light casts no shadow.
+        lamp.positional, lamp.cone_angle = color == "lime", 180
+        plotter.add_light(lamp)
+
+    shadows = vtkShadowMapPass()
+    baker = shadows.GetShadowMapBakerPass()
+    baker.SetResolution(2048)
+    baker.SetExponentialConstant(80)
+    passes = vtkRenderPassCollection()
+    passes.AddItem(baker)
+    passes.AddItem(shadows)
+    sequence = vtkSequencePass()
+    sequence.SetPasses(passes)
+    frame = vtkCameraPass()
+    frame.SetDelegatePass(sequence)
+    plotter.renderer.SetPass(frame)
+
+    def before_baking(renderer: Any, _: str) -> None:
+        sun = renderer.GetActiveCamera()
+        if sun is plotter.camera:
+            return
+        # VTK looks its map up as a square, but draws it with the window's aspect ratio.
+        sun.SetExplicitAspectRatio(1)
+        sun.UseExplicitAspectRatioOn()
+        # Exponentials cancel each other where llvmpipe blends them.
+        plotter.render_window.GetState().vtkglDisable(_GL_BLEND)
+
+    plotter.renderer.AddObserver("ActiveCameraEvent", before_baking)
+
+    def render(camera: Camera) -> Visibility:
+        plotter.window_size = camera.width, camera.height
+        eye = plotter.camera
+        eye.position = camera.eye
+        eye.focal_point = camera.eye - camera.pose[:3, 2]
+        eye.up = camera.pose[:3, 1]
+        eye.view_angle = math.degrees(_only_angle(camera))
+        eye.clipping_range = camera.znear, camera.zfar
+        # The first time, this does nothing; later, a screenshot does not render.
+        plotter.render()
+        return _visibility_of(plotter.screenshot(return_img=True))
+
+    return render
 
 
-def _far(scene: Scene) -> float:
-    return 4.0 * float(np.linalg.norm(np.diff(scene.bounds, axis=0)))
+_GL_BLEND = 0x0BE2
+
+
+def _visibility_of(picture: npt.NDArray[np.uint8]) -> Visibility:
+    """Visibility from a picture with a red sun, a green light from where the sun is, half as bright
+    and without shadows, and a blue background.
+
+    Red is as bright as green where half of the sun is left, however the renderer filters shadows,
+    and whatever curve its colours go through. Where there is no green the surface faces away.
+    """
+    red, green, blue = np.moveaxis(picture[..., :3], -1, 0)
+    return np.where(blue > 127, np.nan, (red >= green) & (green > 0)).astype(np.float32)
+
+
+def _only_angle(camera: Camera) -> float:
+    """The vertical angle, for renderers whose cameras have that and nothing more."""
+    (x, y), centre = camera.focal, (camera.width / 2, camera.height / 2)
+    if not (math.isclose(x, y) and np.allclose(camera.centre, centre, rtol=0, atol=1e-6)):
+        raise ValueError("camera must have square pixels and the centre of the image on its axis")
+    return camera.yfov
+
+
+def _far_along(scene: Scene, light: DirectionalLight) -> tuple[npt.NDArray[np.float64], float]:
+    """A point so far towards the sun that its light is parallel, and its distance."""
+    low, high = scene.bounds
+    distance = 1e4 * float(np.linalg.norm(high - low))
+    return (low + high) / 2 - distance * light.direction, distance
 
 
 def _pose_along(direction: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -471,6 +599,8 @@ PEERS: dict[str, tuple[str, Callable[[Scene, DirectionalLight], Render]]] = {
     "trimesh with embreex": ("embreex", _trimesh),
     "Open3D": ("open3d", _open3d),
     "Warp": ("warp", _warp),
+    # Before pyrender: VTK ends other EGL contexts of the process when it opens a window.
+    "PyVista": ("pyvista", _pyvista),
     "pyrender": ("pyrender", _pyrender),
     "pygfx": ("pygfx", _pygfx),
 }

@@ -17,6 +17,7 @@ import numpy as np
 
 from . import __version__, bench, demo, flicker, papers, plots, stress
 from ._core import DeviceError
+from .arguments import needs
 from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
@@ -170,7 +171,7 @@ def _parser() -> argparse.ArgumentParser:
     add.add_argument(
         "-o", "--output", type=Path, metavar="FILE",
         help="table with all that was measured, .csv or .parquet; FILE.jsonl beside it keeps every "
-        "sample, so that a command that was stopped goes on there",
+        "sample, so that a command that was stopped goes on there, but not for --peers",
     )  # fmt: skip
     add.add_argument(
         "--plot", type=Path, metavar="FILE",
@@ -284,12 +285,12 @@ def _demo(options: argparse.Namespace) -> None:
 
 def _bench(options: argparse.Namespace) -> None:
     names = options.scenes or [bench.SCENE]
-    if options.peers:
-        _bench_peers(options, names)
-        return
     if options.output is not None:
         # Now, rather than after the work.
         check_table_path("output", options.output)
+    if options.peers:
+        _bench_peers(options, names)
+        return
     if options.plot is not None and options.plot.suffix not in (".png", ".svg", ".pdf"):
         raise ValueError(f"plot must end in .png, .svg or .pdf, got {str(options.plot)!r}")
     cameras: dict[str, dict[str, Camera]] = {}
@@ -351,7 +352,20 @@ def _bench_peers(options: argparse.Namespace, names: Sequence[str]) -> None:
         (options.resolution or [2048])[0],
         options.parameters,
     )
-    bench.run(*_view(options), method, repeats=15 if options.repeats is None else options.repeats)
+    # Now, rather than after the work.
+    pandas = needs("pandas", "study") if options.output is not None else None
+    scene, camera, light = _view(options)
+    repeats = 15 if options.repeats is None else options.repeats
+    rows = bench.run(scene, camera, light, method, repeats=repeats)
+    if pandas is not None:
+        measured = pandas.DataFrame(rows).assign(
+            scene=Path(names[0]).stem,
+            triangles=scene.triangle_count,
+            width=camera.width,
+            height=camera.height,
+            **provenance(options.line),
+        )
+        save_table(measured, options.output)
 
 
 def _papers(options: argparse.Namespace) -> None:

@@ -1,0 +1,87 @@
+"""The other renderers of `lixel bench --peers`, those that are installed: each sees the same
+surfaces as lixel, and nearly the same shadows.
+
+The eye stands within the bounds of the scene, so that no near plane follows from them.
+"""
+
+import importlib.util
+
+import pytest
+
+import lixel as lx
+from lixel import bench
+
+# The greatest share of wrong pixels. Rays err next to edges; maps have texels, filters and biases.
+SHARES = {
+    "Mitsuba 3 llvm_ad_rgb": 0.001,
+    "embreex": 0.001,
+    "trimesh with embreex": 0.001,
+    "Open3D": 0.001,
+    "Warp": 0.001,
+    "PyVista": 0.005,
+    "pyrender": 0.04,
+    "pygfx": 0.01,
+}
+
+# OpenGL's wrapper complains of what it does at exit, and others of what they import.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::DeprecationWarning", "ignore::ResourceWarning", "ignore::ImportWarning"
+)
+
+
+def test_each_peer_has_a_share():
+    assert list(SHARES) == list(bench.PEERS)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return lx.scenes.colonnade(6, 16)
+
+
+@pytest.fixture(scope="module")
+def camera(scene):
+    outside = scene.cameras["default"].resized(240, 160)
+    pose = outside.pose.copy()
+    pose[:3, 3] += (1.5, 0.5, -2.0)
+    low, high = scene.bounds
+    assert ((low < pose[:3, 3]) & (pose[:3, 3] < high)).all()
+    return outside.posed(pose)
+
+
+@pytest.fixture(params=SHARES)
+def name(request):
+    module = bench.PEERS[request.param][0]
+    if importlib.util.find_spec(module) is None:
+        pytest.skip(f"{module} is not installed")
+    return request.param
+
+
+def test_few_pixels_of_a_row_are_wrong(name, scene, camera, monkeypatch):
+    monkeypatch.setattr(bench, "PEERS", {name: bench.PEERS[name]})
+    rows = bench.run(scene, camera, scene.lights["default"], lx.Uniform(resolution=64), repeats=1)
+    assert [row["renderer"] for row in rows] == ["lixel uniform 64", name]
+    assert rows[1]["% of covered"] < 100 * SHARES[name]
+
+
+def test_each_frame_is_of_its_own_camera(name, scene, camera):
+    light = scene.lights["default"]
+    render = bench.PEERS[name][1](scene, light)
+    other = lx.Camera(scene.cameras["default"].pose, yfov=0.6, width=150, height=200)
+    for each in (camera, other):
+        truth = lx.reference(scene, each, light)
+        visibility = render(bench.with_planes(each, truth))
+        wrong = bench.wrong_pixels(visibility, truth)
+        assert wrong < SHARES[name] * truth.covered.sum()
+
+
+def test_pixels_that_are_not_square_are_rendered_or_refused(name, scene, camera):
+    light = scene.lights["default"]
+    render = bench.PEERS[name][1](scene, light)
+    odd = lx.Camera(camera.pose, focal=(150, 180), centre=(100, 90), width=240, height=160)
+    truth = lx.reference(scene, odd, light)
+    odd = bench.with_planes(odd, truth)
+    if name in ("PyVista", "pygfx"):
+        with pytest.raises(ValueError, match="camera must have square pixels"):
+            render(odd)
+    else:
+        assert bench.wrong_pixels(render(odd), truth) < SHARES[name] * truth.covered.sum()
