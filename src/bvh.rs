@@ -65,7 +65,16 @@ const LEAF_SHIFT: u32 = 4;
 /// handful of roundings of 2^-24 each.
 pub const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-impl Bvh {
+/// A box around each triangle of non-zero area, rounded outwards.
+pub struct TriangleBoxes {
+    pub triangles: Vec<u32>,
+    /// Box coordinates are (world - centre) / half_size.
+    boxes: Vec<Aabb>,
+    pub centre: DVec3,
+    pub half_size: f64,
+}
+
+impl TriangleBoxes {
     pub fn new(scene: &Scene) -> Self {
         let (low, high) = scene.bounds();
         let centre = low + 0.5 * (high - low);
@@ -73,7 +82,7 @@ impl Bvh {
         let triangles: Vec<u32> = (0..scene.triangles().len() as u32)
             .filter(|&t| scene.unit_normals()[t as usize] != Vec3::ZERO)
             .collect();
-        let boxes: Vec<Aabb> = triangles
+        let boxes = triangles
             .par_iter()
             .map(|&t| {
                 let [a, b, c] = scene.corners(t).map(|v| (v - centre) / half_size);
@@ -86,6 +95,33 @@ impl Bvh {
                 )
             })
             .collect();
+        Self {
+            triangles,
+            boxes,
+            centre,
+            half_size,
+        }
+    }
+
+    /// Least and greatest corners, the boxes grown by at least the margin.
+    pub fn grown(&self, margin: f32) -> Vec<[[f32; 3]; 2]> {
+        let grow = |aabb: &Aabb| {
+            let least = (aabb.min - margin).to_array().map(f32::next_down);
+            let greatest = (aabb.max + margin).to_array().map(f32::next_up);
+            [least, greatest]
+        };
+        self.boxes.par_iter().map(grow).collect()
+    }
+}
+
+impl Bvh {
+    pub fn new(scene: &Scene) -> Self {
+        let TriangleBoxes {
+            triangles,
+            boxes,
+            centre,
+            half_size,
+        } = TriangleBoxes::new(scene);
         if boxes.is_empty() {
             return Self {
                 nodes: vec![],
