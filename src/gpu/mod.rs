@@ -12,7 +12,7 @@ use pool::Pool;
 use shaders::Shader;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, OnceLock};
 pub use wgpu::Limits;
 use wgpu::{Backends, DeviceType, Features};
 
@@ -36,6 +36,7 @@ pub struct Gpu {
     pub features: Features,
     pub limits: wgpu::Limits,
     is_cpu: bool,
+    compiles_ray_queries: OnceLock<bool>,
     /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
     /// them off to where it draws.
     times_by_clock: AtomicBool,
@@ -268,6 +269,7 @@ impl Gpu {
             features,
             limits,
             is_cpu: adapter.get_info().device_type == DeviceType::Cpu,
+            compiles_ray_queries: OnceLock::new(),
             times_by_clock: AtomicBool::new(false),
             pipelines: Mutex::default(),
             render_pipelines: Mutex::default(),
@@ -285,9 +287,20 @@ impl Gpu {
         self.features.contains(Features::EXPERIMENTAL_RAY_QUERY)
     }
 
-    /// Whether ray queries are likely to be faster than a walk in compute.
+    /// Whether ray queries are likely to be faster than a walk in compute: on a CPU driver they are not.
     pub fn prefers_ray_queries(&self) -> bool {
-        self.has_ray_queries() && !self.is_cpu
+        let compiles = || {
+            *self
+                .compiles_ray_queries
+                .get_or_init(|| self.compiles("ray_queries"))
+        };
+        self.has_ray_queries() && !self.is_cpu && compiles()
+    }
+
+    /// What is experimental may fail in the driver's compiler, too.
+    fn compiles(&self, shader: &'static str) -> bool {
+        let pipeline = || Ok(self.compile(Shader::new(shader), "main", &[]));
+        self.catch_errors(pipeline).is_ok()
     }
 
     /// Fails where the device has no ray queries.
@@ -511,6 +524,18 @@ mod tests {
         assert_eq!(open(wanted, is_plain), (Ok((REQUIRED_FEATURES, ())), 2));
         assert_eq!(open(wanted, |_| false), (Err(()), 2));
         assert_eq!(open(REQUIRED_FEATURES, |_| false), (Err(()), 1));
+    }
+
+    #[test]
+    fn a_gpu_prefers_ray_queries_and_a_cpu_does_not() {
+        let mut gpu = Gpu::new().unwrap();
+        gpu.is_cpu = false;
+        assert_eq!(gpu.prefers_ray_queries(), gpu.has_ray_queries());
+        assert_eq!(gpu.compiles("ray_queries"), gpu.has_ray_queries());
+        assert!(gpu.compiles("shadow_rays"));
+        gpu.is_cpu = true;
+        assert!(!gpu.prefers_ray_queries());
+        assert_eq!(gpu.take_error(), Ok(()));
     }
 
     #[test]

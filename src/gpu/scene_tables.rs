@@ -232,8 +232,10 @@ fn new_table(
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
+/// The table may have room for more values.
 fn write_table<T: bytemuck::Pod>(gpu: &Gpu, table: &wgpu::TextureView, mut values: Vec<T>) {
-    values.resize(values.len().next_multiple_of(ROW), T::zeroed());
+    let rows = table.texture().height() as usize;
+    values.resize(rows * ROW, T::zeroed());
     gpu.queue.write_texture(
         table.texture().as_image_copy(),
         bytemuck::cast_slice(&values),
