@@ -287,3 +287,28 @@ impl Search for Everything<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grown_boxes_hold_their_triangles_and_the_margin() {
+        let vertices = vec![DVec3::ZERO, DVec3::X / 3.0, DVec3::new(0.1, 0.7, 0.0), -DVec3::Z];
+        let scene = Scene::new(vertices, vec![[0, 1, 2], [0, 0, 3], [1, 2, 3]]).unwrap();
+        let boxes = TriangleBoxes::new(&scene);
+        assert_eq!(boxes.triangles, [0, 2]);
+        for margin in [0.0, WALK_MARGIN, 0.25] {
+            for (triangle, [least, greatest]) in boxes.triangles.iter().zip(boxes.grown(margin)) {
+                let slack = f64::from(margin);
+                for corner in scene.corners(*triangle) {
+                    let corner = (corner - boxes.centre) / boxes.half_size;
+                    let least = Vec3::from(least).as_dvec3();
+                    let greatest = Vec3::from(greatest).as_dvec3();
+                    assert!((corner - slack).cmpgt(least).all());
+                    assert!((corner + slack).cmplt(greatest).all());
+                }
+            }
+        }
+    }
+}

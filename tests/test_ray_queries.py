@@ -105,6 +105,34 @@ def test_an_eye_far_away_builds_anew_and_a_nearer_one_does_not(ray_queries):
     assert built == [True, True, True, False, False]
 
 
+@pytest.mark.parametrize("distance", [1.0, 1e3])
+def test_no_ray_slips_between_two_boxes(distance, ray_queries):
+    """Under a canopy of many cells, with the light along the sides of their boxes: what rounding
+    moves out of one box must be moved into the next."""
+    grid = np.linspace(-1.0, 1.0, 60)
+    x, z = np.meshgrid(grid, grid, indexing="ij")
+    canopy = np.stack([x.ravel(), np.full(x.size, 0.5), z.ravel()], axis=1)
+    corner = (np.arange(59)[:, None] * 60 + np.arange(59)).ravel()
+    cells = np.stack([corner, corner + 1, corner + 60, corner + 61], axis=1)
+    ground = np.array([[-1.1, 0, -1.1], [1.1, 0, -1.1], [1.1, 0, 1.1], [-1.1, 0, 1.1]])
+    scene = lx.Scene(
+        np.concatenate([canopy, ground]),
+        np.concatenate(
+            [
+                cells[:, [0, 1, 2]],
+                cells[:, [1, 3, 2]],
+                canopy.shape[0] + np.array([[0, 2, 1], [0, 3, 2]]),
+            ]
+        ),
+    )
+    eye = distance * np.array([0.3, 0.6, 3.0])
+    camera = lx.Camera.look_at(eye, (0, 0, 0), yfov=0.8 / distance, width=160, height=90)
+    light = lx.DirectionalLight((0, -1, 0))
+    truth = lx.reference(scene, camera, light)
+    frame = lx.render_shadows(scene, camera, light, ray_queries)
+    assert lx.compare(frame, truth).misclassified_count == 0
+
+
 def test_vertices_that_move_again_and_again(ray_queries):
     scene = small("objects_on_floor")
     camera, light = scene.cameras["default"].resized(160, 90), scene.lights["default"]
