@@ -294,7 +294,12 @@ mod tests {
 
     #[test]
     fn grown_boxes_hold_their_triangles_and_the_margin() {
-        let vertices = vec![DVec3::ZERO, DVec3::X / 3.0, DVec3::new(0.1, 0.7, 0.0), -DVec3::Z];
+        let vertices = vec![
+            DVec3::ZERO,
+            DVec3::X / 3.0,
+            DVec3::new(0.1, 0.7, 0.0),
+            -DVec3::Z,
+        ];
         let scene = Scene::new(vertices, vec![[0, 1, 2], [0, 0, 3], [1, 2, 3]]).unwrap();
         let boxes = TriangleBoxes::new(&scene);
         assert_eq!(boxes.triangles, [0, 2]);
