@@ -65,7 +65,16 @@ const LEAF_SHIFT: u32 = 4;
 /// handful of roundings of 2^-24 each.
 pub const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-impl Bvh {
+/// A box around each triangle of non-zero area, rounded outwards.
+pub struct TriangleBoxes {
+    pub triangles: Vec<u32>,
+    /// Box coordinates are (world - centre) / half_size.
+    boxes: Vec<Aabb>,
+    pub centre: DVec3,
+    pub half_size: f64,
+}
+
+impl TriangleBoxes {
     pub fn new(scene: &Scene) -> Self {
         let (low, high) = scene.bounds();
         let centre = low + 0.5 * (high - low);
@@ -73,7 +82,7 @@ impl Bvh {
         let triangles: Vec<u32> = (0..scene.triangles().len() as u32)
             .filter(|&t| scene.unit_normals()[t as usize] != Vec3::ZERO)
             .collect();
-        let boxes: Vec<Aabb> = triangles
+        let boxes = triangles
             .par_iter()
             .map(|&t| {
                 let [a, b, c] = scene.corners(t).map(|v| (v - centre) / half_size);
@@ -86,6 +95,33 @@ impl Bvh {
                 )
             })
             .collect();
+        Self {
+            triangles,
+            boxes,
+            centre,
+            half_size,
+        }
+    }
+
+    /// Least and greatest corners, the boxes grown by at least the margin.
+    pub fn grown(&self, margin: f32) -> Vec<[[f32; 3]; 2]> {
+        let grow = |aabb: &Aabb| {
+            let least = (aabb.min - margin).to_array().map(f32::next_down);
+            let greatest = (aabb.max + margin).to_array().map(f32::next_up);
+            [least, greatest]
+        };
+        self.boxes.par_iter().map(grow).collect()
+    }
+}
+
+impl Bvh {
+    pub fn new(scene: &Scene) -> Self {
+        let TriangleBoxes {
+            triangles,
+            boxes,
+            centre,
+            half_size,
+        } = TriangleBoxes::new(scene);
         if boxes.is_empty() {
             return Self {
                 nodes: vec![],
@@ -247,6 +283,36 @@ impl Search for Everything<'_> {
         for (triangle, normal) in self.0.unit_normals().iter().enumerate() {
             if *normal != Vec3::ZERO && visit(triangle as u32).is_break() {
                 return;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grown_boxes_hold_their_triangles_and_the_margin() {
+        let vertices = vec![
+            DVec3::ZERO,
+            DVec3::X / 3.0,
+            DVec3::new(0.1, 0.7, 0.0),
+            -DVec3::Z,
+        ];
+        let scene = Scene::new(vertices, vec![[0, 1, 2], [0, 0, 3], [1, 2, 3]]).unwrap();
+        let boxes = TriangleBoxes::new(&scene);
+        assert_eq!(boxes.triangles, [0, 2]);
+        for margin in [0.0, WALK_MARGIN, 0.25] {
+            for (triangle, [least, greatest]) in boxes.triangles.iter().zip(boxes.grown(margin)) {
+                let slack = f64::from(margin);
+                for corner in scene.corners(*triangle) {
+                    let corner = (corner - boxes.centre) / boxes.half_size;
+                    let least = Vec3::from(least).as_dvec3();
+                    let greatest = Vec3::from(greatest).as_dvec3();
+                    assert!((corner - slack).cmpgt(least).all());
+                    assert!((corner + slack).cmplt(greatest).all());
+                }
             }
         }
     }

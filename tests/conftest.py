@@ -25,3 +25,13 @@ def view() -> View:
 @pytest.fixture
 def truth(view: View) -> lx.Reference:
     return lx.reference(*view)
+
+
+@pytest.fixture
+def ray_queries() -> lx.RayTraced:
+    """`ray_traced` by the device's own ray queries; skips, and says so, where it has none."""
+    device = lx.info().device
+    assert device is not None
+    if "EXPERIMENTAL_RAY_QUERY" not in device["used_features"]:
+        pytest.skip(f"the adapter {device['name']} ({device['driver']}) has no ray queries")
+    return lx.RayTraced(traversal="hardware")

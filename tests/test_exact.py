@@ -9,9 +9,18 @@ from views import cameras, small, soup
 import lixel as lx
 from lixel.scenes import GENERATORS
 
-EXACT = ("ray_traced", "exact")
-
 SIZE = {"width": 160, "height": 90}
+
+
+@pytest.fixture(params=["exact", "rays in compute", "ray queries"])
+def method(request: pytest.FixtureRequest) -> lx.Method:
+    match request.param:
+        case "exact":
+            return lx.Exact()
+        case "rays in compute":
+            return lx.RayTraced(traversal="compute")
+        case _:
+            return request.getfixturevalue("ray_queries")
 
 
 def wrong(method: str | lx.Method, scene: lx.Scene, camera: lx.Camera, light: lx.Light) -> int:
@@ -26,7 +35,6 @@ def suns(scene: lx.Scene) -> list[lx.Light]:
 
 
 @pytest.mark.parametrize("name", GENERATORS)
-@pytest.mark.parametrize("method", EXACT)
 def test_no_pixel_is_wrong(method, name):
     scene = small(name)
     for light in suns(scene):
@@ -49,7 +57,6 @@ def lamps(scene: lx.Scene) -> list[lx.Light]:
 
 
 @pytest.mark.parametrize("name", GENERATORS)
-@pytest.mark.parametrize("method", EXACT)
 def test_no_pixel_is_wrong_near_a_lamp(method, name):
     scene = small(name)
     for light in lamps(scene):
@@ -79,7 +86,6 @@ def test_a_warp_shortens_the_longest_list():
     assert longest["notw"] < 0.7 * longest["none"]
 
 
-@pytest.mark.parametrize("method", EXACT)
 def test_random_triangles(method):
     for seed in range(12):
         scene = soup(seed, count=200)
@@ -88,7 +94,6 @@ def test_random_triangles(method):
         assert wrong(method, scene, camera, light) == 0, seed
 
 
-@pytest.mark.parametrize("method", EXACT)
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 def test_any_unit_of_length_and_any_place(method, size):
     scene = small("objects_on_floor")
@@ -102,7 +107,6 @@ def test_any_unit_of_length_and_any_place(method, size):
     assert wrong(method, moved, camera, light) == 0
 
 
-@pytest.mark.parametrize("method", EXACT)
 def test_twins_in_one_plane(method):
     """Two coplanar layers, one of them with its winding turned, over a floor with a hole in it."""
     grid = np.linspace(-2, 2, 9)
@@ -124,7 +128,6 @@ def test_twins_in_one_plane(method):
             assert wrong(method, scene, camera, lx.DirectionalLight(direction)) == 0
 
 
-@pytest.mark.parametrize("method", EXACT)
 def test_the_same_bytes_twice(method):
     scene = small("grass")
     view = scene, scene.cameras["default"].resized(320, 180), scene.lights["default"]
@@ -132,7 +135,6 @@ def test_the_same_bytes_twice(method):
     assert first.tobytes() == lx.render_shadows(*view, method).tobytes()
 
 
-@pytest.mark.parametrize("method", EXACT)
 def test_moved_vertices_cast_their_new_shadows(method):
     scene = small("city")
     camera, light = scene.cameras["default"].resized(160, 90), scene.lights["default"]
@@ -144,11 +146,19 @@ def test_moved_vertices_cast_their_new_shadows(method):
     assert lx.render_shadows(scene, camera, light, method).tobytes() != before.tobytes()
 
 
+def test_a_scene_without_area_shows_nothing(method):
+    scene = lx.Scene([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 0, 0]])
+    camera = lx.Camera.look_at((2, 1.5, 3), (0, 0, 0), yfov=1.0, **SIZE)
+    light = lx.DirectionalLight((0.3, -1.0, 0.2))
+    assert np.isnan(lx.render_shadows(scene, camera, light, method)).all()
+
+
 def test_rays_are_counted():
     scene = small("city")
     view = scene, scene.cameras["default"].resized(160, 90), scene.lights["default"]
-    frame = lx.render(*view, "ray_traced")
+    method = lx.RayTraced(traversal="compute")
+    frame = lx.render(*view, method)
     assert 0 < frame.stats["shadow rays"]["rays"] <= 160 * 90
     assert 0 < frame.stats["shadow rays"]["longest_walk"] < 65_000
     assert "hierarchy (CPU)" in frame.timings
-    assert "hierarchy (CPU)" in lx.render(*view, "ray_traced").stats["skipped"]
+    assert "hierarchy (CPU)" in lx.render(*view, method).stats["skipped"]

@@ -43,6 +43,7 @@ Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 Space: TypeAlias = Literal["warped", "unwarped"]
 
 GridWarp: TypeAlias = Literal["none", "rtw", "notw"]
+Traversal: TypeAlias = Literal["auto", "compute", "hardware"]
 
 # Tiles of 16 texels are counted in 8 bits.
 _LARGEST_GRID = 4096
@@ -1176,7 +1177,7 @@ class Spot(BoxMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class RayTraced(ShadowMethod):
-    """A ray from every receiver towards the light, through a bounding volume hierarchy.
+    """A ray from every receiver towards the light, against the triangles near it.
 
     A receiver ``p`` with the unit vector ``d`` towards the light is in shadow where a triangle
     other than its own meets the ray
@@ -1184,12 +1185,34 @@ class RayTraced(ShadowMethod):
     .. math:: p + t d, \\quad 0 < t < t_{light}
 
     Positions are relative to the eye in float32; edges take in what their rounding may hide, and a
-    triangle counts only where it is beyond the rounding of the receiver. No pixel is known to
-    differ from `reference` but its ties.
+    triangle counts only where it is beyond the rounding of the receiver. The traversal finds the
+    triangles whose boxes, grown by all roundings, the ray meets; the same test decides about them
+    whichever it is. No pixel is known to differ from `reference` but its ties.
 
-    Limits: the hierarchy is built on the CPU when the scene is new or its vertices have moved,
-    which then is most of the frame. A ray that meets 65,000 boxes and triangles or more is a
-    `DeviceError`.
+    Limits: what is searched is built when the scene is new or its vertices have moved: the
+    hierarchy of ``"compute"`` on the CPU, which then is most of the frame, that of ``"hardware"``
+    by the device. A ray that meets 65,000 boxes and triangles or more is a `DeviceError`.
+
+    Parameters
+    ----------
+    traversal : {"auto", "compute", "hardware"}
+        Who finds the triangles.
+
+        - ``"compute"``: a shader walks a bounding volume hierarchy; on every device.
+        - ``"hardware"``: the ray queries of the device, through boxes of its acceleration
+          structure.
+        - ``"auto"``: hardware on a GPU that has ray queries, else compute. A driver on the CPU is
+          faster with compute.
+
+        `Frame.stats` and `Frame.timings` tell which it was: ``"shadow rays"`` is compute, ``"ray
+        queries"`` is hardware.
+
+    Raises
+    ------
+    ValueError
+        Another word.
+    DeviceError
+        From `render`: ``"hardware"`` where the device has no ray queries, or cannot hold the scene.
 
     References
     ----------
@@ -1199,11 +1222,16 @@ class RayTraced(ShadowMethod):
 
     Examples
     --------
-    >>> RayTraced().parameters()
-    {}
+    >>> RayTraced(traversal="compute").parameters()
+    {'traversal': 'compute'}
     """
 
     name: ClassVar[str] = "ray_traced"
+
+    traversal: Traversal = "auto"
+
+    def __post_init__(self) -> None:
+        _check_choice("traversal", self.traversal, get_args(Traversal))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,5 +1,6 @@
 //! The device: one adapter for the process, its pipelines and its memory.
 
+pub mod acceleration;
 pub mod frame;
 mod gathering;
 pub mod pool;
@@ -11,7 +12,7 @@ use pool::Pool;
 use shaders::Shader;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, OnceLock};
 pub use wgpu::Limits;
 use wgpu::{Backends, DeviceType, Features};
 
@@ -19,9 +20,10 @@ use wgpu::{Backends, DeviceType, Features};
 const REQUIRED_FEATURES: Features =
     Features::SHADER_INT64.union(Features::SHADER_INT64_ATOMIC_MIN_MAX);
 
-/// What is used where it is there: times of passes, and reading results without a copy.
-const OPTIONAL_FEATURES: Features =
-    Features::TIMESTAMP_QUERY.union(Features::MAPPABLE_PRIMARY_BUFFERS);
+/// What is used where it is there: times of passes, reading results without a copy, and ray queries.
+const OPTIONAL_FEATURES: Features = Features::TIMESTAMP_QUERY
+    .union(Features::MAPPABLE_PRIMARY_BUFFERS)
+    .union(Features::EXPERIMENTAL_RAY_QUERY);
 
 const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
      (Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
@@ -34,6 +36,7 @@ pub struct Gpu {
     pub features: Features,
     pub limits: wgpu::Limits,
     is_cpu: bool,
+    compiles_ray_queries: OnceLock<bool>,
     /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
     /// them off to where it draws.
     times_by_clock: AtomicBool,
@@ -198,6 +201,18 @@ fn ranked_adapters() -> Vec<wgpu::Adapter> {
     adapters
 }
 
+/// A driver may tell of what is experimental and fail with it: then the device does without.
+fn open_device<D, E>(
+    wanted: Features,
+    mut request: impl FnMut(Features) -> std::result::Result<D, E>,
+) -> std::result::Result<(Features, D), E> {
+    let plain = wanted - Features::all_experimental_mask();
+    match request(wanted) {
+        Err(_) if plain != wanted => Ok((plain, request(plain)?)),
+        outcome => Ok((wanted, outcome?)),
+    }
+}
+
 impl Gpu {
     fn new() -> Result<Self> {
         let Some(adapter) = ranked_adapters().into_iter().next() else {
@@ -219,19 +234,24 @@ impl Gpu {
             )));
         }
         let limits = adapter.limits();
-        let features = used_features(&adapter);
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("lixel"),
-            required_features: features,
-            required_limits: limits.clone(),
-            ..Default::default()
-        }))
-        .map_err(|error| {
-            Error::Device(format!(
-                "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
-                description.name, description.driver
-            ))
-        })?;
+        let request = |features| {
+            pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+                label: Some("lixel"),
+                required_features: features,
+                required_limits: limits.clone(),
+                // SAFETY: of these, only ray queries are used, as their documentation asks: a query is
+                // stepped after its start and until it ends, over a structure that was built.
+                experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
+                ..Default::default()
+            }))
+        };
+        let (features, (device, queue)) =
+            open_device(used_features(&adapter), request).map_err(|error| {
+                Error::Device(format!(
+                    "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
+                    description.name, description.driver
+                ))
+            })?;
         let error = Arc::new(Mutex::new(None));
         let first_error = error.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -249,6 +269,7 @@ impl Gpu {
             features,
             limits,
             is_cpu: adapter.get_info().device_type == DeviceType::Cpu,
+            compiles_ray_queries: OnceLock::new(),
             times_by_clock: AtomicBool::new(false),
             pipelines: Mutex::default(),
             render_pipelines: Mutex::default(),
@@ -260,6 +281,67 @@ impl Gpu {
 
     pub fn has_timestamps(&self) -> bool {
         self.features.contains(Features::TIMESTAMP_QUERY)
+    }
+
+    pub fn has_ray_queries(&self) -> bool {
+        self.features.contains(Features::EXPERIMENTAL_RAY_QUERY)
+    }
+
+    /// Whether ray queries are likely to be faster than a walk in compute: on a CPU driver they are not.
+    pub fn prefers_ray_queries(&self) -> bool {
+        let compiles = || {
+            *self
+                .compiles_ray_queries
+                .get_or_init(|| self.compiles("ray_queries"))
+        };
+        self.has_ray_queries() && !self.is_cpu && compiles()
+    }
+
+    /// What is experimental may fail in the driver's compiler, too.
+    fn compiles(&self, shader: &'static str) -> bool {
+        let pipeline = || Ok(self.compile(Shader::new(shader), "main", &[]));
+        self.catch_errors(pipeline).is_ok()
+    }
+
+    /// Fails where the device has no ray queries.
+    pub fn check_ray_queries(&self) -> Result<()> {
+        if self.has_ray_queries() {
+            return Ok(());
+        }
+        Err(Error::Device(format!(
+            "traversal=\"hardware\" needs ray queries ({}), which the adapter {} ({}) lacks; take \
+             traversal=\"compute\" or \"auto\"",
+            names(Features::EXPERIMENTAL_RAY_QUERY).join(", "),
+            self.adapter.name,
+            self.adapter.driver
+        )))
+    }
+
+    /// Does the work; what the device refuses in it is this call's error, and no frame's.
+    fn catch_errors<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let scopes = [
+            wgpu::ErrorFilter::Validation,
+            wgpu::ErrorFilter::OutOfMemory,
+            wgpu::ErrorFilter::Internal,
+        ]
+        .map(|filter| self.device.push_error_scope(filter));
+        let done = work();
+        // The last one pushed is the first one popped.
+        let errors = scopes.into_iter().rev();
+        let errors: Vec<_> = errors
+            .filter_map(|scope| pollster::block_on(scope.pop()))
+            .collect();
+        match errors.first() {
+            Some(error) => Err(self.refusal(error)),
+            None => done,
+        }
+    }
+
+    fn refusal(&self, reason: impl std::fmt::Display) -> Error {
+        Error::Device(format!(
+            "the device {} ({}) refused: {reason}",
+            self.adapter.name, self.adapter.driver
+        ))
     }
 
     /// The largest number of bytes that one storage buffer may hold for a shader.
@@ -298,10 +380,7 @@ impl Gpu {
             )));
         }
         match lock(&self.error).take() {
-            Some(message) => Err(Error::Device(format!(
-                "the device {} ({}) refused: {message}",
-                self.adapter.name, self.adapter.driver
-            ))),
+            Some(message) => Err(self.refusal(message)),
             None => Ok(()),
         }
     }
@@ -421,5 +500,58 @@ impl Gpu {
                 )
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_that_fails_with_ray_queries_is_used_without() {
+        let wanted = REQUIRED_FEATURES | Features::EXPERIMENTAL_RAY_QUERY;
+        let mut asked = Vec::new();
+        let mut open = |wanted, works: fn(Features) -> bool| {
+            asked.clear();
+            let outcome = open_device(wanted, |features| {
+                asked.push(features);
+                if works(features) { Ok(()) } else { Err(()) }
+            });
+            (outcome, asked.len())
+        };
+        let is_plain = |features| features == REQUIRED_FEATURES;
+        assert_eq!(open(wanted, |_| true), (Ok((wanted, ())), 1));
+        assert_eq!(open(wanted, is_plain), (Ok((REQUIRED_FEATURES, ())), 2));
+        assert_eq!(open(wanted, |_| false), (Err(()), 2));
+        assert_eq!(open(REQUIRED_FEATURES, |_| false), (Err(()), 1));
+    }
+
+    #[test]
+    fn a_gpu_prefers_ray_queries_and_a_cpu_does_not() {
+        let mut gpu = Gpu::new().unwrap();
+        gpu.is_cpu = false;
+        assert_eq!(gpu.prefers_ray_queries(), gpu.has_ray_queries());
+        assert_eq!(gpu.compiles("ray_queries"), gpu.has_ray_queries());
+        assert!(gpu.compiles("shadow_rays"));
+        gpu.is_cpu = true;
+        assert!(!gpu.prefers_ray_queries());
+        assert_eq!(gpu.take_error(), Ok(()));
+    }
+
+    #[test]
+    fn a_refusal_in_a_scope_is_no_frame_s() {
+        let gpu = Gpu::new().unwrap();
+        let refused = gpu.catch_errors(|| {
+            Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size: u64::MAX,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }))
+        });
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains("refused"), "{message}");
+        assert_eq!(gpu.take_error(), Ok(()));
+        assert_eq!(gpu.catch_errors(|| Ok(7)), Ok(7));
     }
 }

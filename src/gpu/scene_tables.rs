@@ -1,5 +1,6 @@
 //! The scene on the device.
 
+use super::acceleration::KeptStructure;
 use super::{Gpu, lock};
 use crate::bvh::Bvh;
 use crate::edges::Edges;
@@ -31,6 +32,8 @@ pub struct SceneTables {
     /// Parts that the triangles are taken in where one list of their work would be too long.
     pub caster_parts: AtomicU32,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
+    /// The same for ray queries; it knows itself when it is out of date.
+    pub acceleration: KeptStructure,
     edges: Mutex<Option<Arc<EdgeTables>>>,
 }
 
@@ -49,26 +52,33 @@ impl HierarchyTables {
         let bvh = Bvh::new(scene);
         let (nodes, order) = bvh.threaded();
         let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
-        let leaf_triangles: Vec<UVec4> = order
-            .par_iter()
-            .map(|&t| {
-                let [a, b, c] = scene.triangles()[t as usize];
-                UVec4::new(a, b, c, t)
-            })
-            .collect();
-        let new = |what, count: usize| new_table(gpu, what, whole_numbers, count.max(1));
         let tables = Self {
-            nodes: new("boxes", 2 * nodes.len())?,
-            leaf_triangles: new("leaves", leaf_triangles.len())?,
+            nodes: new_table(gpu, "boxes", whole_numbers, (2 * nodes.len()).max(1))?,
+            leaf_triangles: triangle_items(gpu, order.len())?,
             node_count: nodes.len() as u32,
             centre: bvh.centre(),
             half_size: bvh.half_size(),
         };
         let halves: &[UVec4] = bytemuck::cast_slice(&nodes);
         write_table(gpu, &tables.nodes, halves.to_vec());
-        write_table(gpu, &tables.leaf_triangles, leaf_triangles);
+        write_items(gpu, &tables.leaf_triangles, scene, order);
         Ok(tables)
     }
+}
+
+/// A table of triangles in the order of a search.
+pub(super) fn triangle_items(gpu: &Gpu, count: usize) -> Result<wgpu::TextureView> {
+    let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
+    new_table(gpu, "searched triangles", whole_numbers, count.max(1))
+}
+
+/// (vertex, vertex, vertex, triangle) of each.
+pub(super) fn write_items(gpu: &Gpu, table: &wgpu::TextureView, scene: &Scene, order: &[u32]) {
+    let items = order.par_iter().map(|&t| {
+        let [a, b, c] = scene.triangles()[t as usize];
+        UVec4::new(a, b, c, t)
+    });
+    write_table(gpu, table, items.collect());
 }
 
 /// The scene's edges as `shaders/shadow_volumes.wgsl` reads them.
@@ -121,6 +131,7 @@ impl SceneTables {
             spare_items: AtomicU64::new(1 << 16),
             caster_parts: AtomicU32::new(1),
             hierarchy: Mutex::default(),
+            acceleration: KeptStructure::default(),
             edges: Mutex::default(),
         };
         tables.write(gpu, scene, high, low);
@@ -221,8 +232,10 @@ fn new_table(
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
+/// The table may have room for more values.
 fn write_table<T: bytemuck::Pod>(gpu: &Gpu, table: &wgpu::TextureView, mut values: Vec<T>) {
-    values.resize(values.len().next_multiple_of(ROW), T::zeroed());
+    let rows = table.texture().height() as usize;
+    values.resize(rows * ROW, T::zeroed());
     gpu.queue.write_texture(
         table.texture().as_image_copy(),
         bytemuck::cast_slice(&values),

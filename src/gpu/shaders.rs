@@ -25,6 +25,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/coverage"),
     file!("lib/edges"),
     file!("lib/light_grid"),
+    file!("lib/light_rays"),
     file!("lib/normals"),
     file!("lib/pieces"),
     file!("lib/projection"),
@@ -52,6 +53,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("rasterize"),
     file!("rasterize_bands"),
     file!("outline"),
+    file!("ray_queries"),
     file!("receiver_lists"),
     file!("receiver_tiles"),
     file!("receivers"),
@@ -135,6 +137,7 @@ mod tests {
             "importance_map",
             "lookup",
             "outline",
+            "ray_queries",
             "rasterize",
             "rasterize_bands",
             "receiver_lists",
@@ -193,7 +196,8 @@ mod tests {
             naga::valid::Validator::new(
                 naga::valid::ValidationFlags::all(),
                 naga::valid::Capabilities::SHADER_INT64
-                    | naga::valid::Capabilities::SHADER_INT64_ATOMIC_MIN_MAX,
+                    | naga::valid::Capabilities::SHADER_INT64_ATOMIC_MIN_MAX
+                    | naga::valid::Capabilities::RAY_QUERY,
             )
             .validate(&module)
             .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&source)));

@@ -1,12 +1,14 @@
-//! Ray traced: a ray from every receiver towards the light, through a bounding volume hierarchy.
+//! Ray traced: a ray from every receiver towards the light.
 //!
-//! The hierarchy is built on the CPU when the scene is new or has moved, and kept on the device.
+//! Either compute walks a bounding volume hierarchy, which is built on the CPU when the scene is new or
+//! has moved and kept on the device; or the device's own ray queries find the boxes that a ray meets, in a
+//! structure that the device builds. Both ask the same test about the triangles.
 //!
 //! Brian Smits. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2), 1998 (the walk
 //! without a stack); Daniel Meister, Jiří Bittner. Parallel locally-ordered clustering for bounding
 //! volume hierarchy construction. IEEE TVCG 24(3), 2018 (the build).
 //!
-//! No parameters.
+//! Parameters: `traversal`.
 //!
 //! Limits: a moving scene pays for the build in every frame.
 
@@ -14,7 +16,18 @@ use super::{Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct RayTraced;
+pub struct RayTraced {
+    pub traversal: Traversal,
+}
+
+/// Who searches for the triangles that a ray may meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Traversal {
+    /// Ray queries on a GPU that has them, else compute.
+    Auto,
+    Compute,
+    Hardware,
+}
 
 impl ShadowMethod for RayTraced {
     const NAME: &'static str = "ray_traced";
@@ -23,15 +36,32 @@ impl ShadowMethod for RayTraced {
         "Smits, B. 1998. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2).";
 
     fn defaults() -> Vec<(&'static str, Value)> {
-        vec![]
+        vec![("traversal", Value::Text("auto".to_string()))]
     }
 
-    fn from_parameters(_parameters: &mut Parameters) -> Result<Self> {
-        Ok(Self)
+    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+        Ok(Self {
+            traversal: parameters.take_choice(
+                "traversal",
+                &[
+                    ("auto", Traversal::Auto),
+                    ("compute", Traversal::Compute),
+                    ("hardware", Traversal::Hardware),
+                ],
+            )?,
+        })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let visibility = view.shadow_rays()?;
+        let structure = match self.traversal {
+            Traversal::Auto => view.preferred_structure(),
+            Traversal::Compute => None,
+            Traversal::Hardware => Some(view.acceleration_structure()?),
+        };
+        let visibility = match structure {
+            Some(structure) => view.ray_queries(&structure)?,
+            None => view.shadow_rays()?,
+        };
         Ok(Recorded {
             visibility,
             layers: vec![],

@@ -3,6 +3,7 @@
 use super::parameters::{MapParameters, position_rounding};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
+use crate::gpu::acceleration::{self, AccelerationStructure};
 use crate::gpu::frame::{Frame, Read, ReadResults, Source};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
@@ -20,14 +21,16 @@ use crate::passes::shadow_edge::EdgeBias;
 use crate::passes::warp_map::WarpMap;
 use crate::passes::work_items::Counters;
 use crate::passes::{
-    Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, receiver_lists,
-    receiver_tiles, samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes, visibility,
+    Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, ray_queries,
+    receiver_lists, receiver_tiles, samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes,
+    visibility,
 };
 use crate::projection::Projection;
 use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Texels along each side of the map that settles receivers before they are listed, at most.
@@ -424,6 +427,35 @@ impl<'a> View<'a> {
         let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
         let (visibility, facts) = shadow_rays::shadow_rays(&mut self.frame, seen, &hierarchy)?;
+        self.pending_facts.push(facts);
+        Ok(visibility)
+    }
+
+    /// What ray queries search; built where it is missing.
+    pub fn acceleration_structure(&mut self) -> Result<Arc<AccelerationStructure>> {
+        let start = Instant::now();
+        let kept = &self.inputs.scene.acceleration;
+        let (structure, is_new) = kept.get(&self.frame.gpu, self.scene, self.camera.eye)?;
+        if is_new {
+            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+            self.frame.add_time(acceleration::LABEL, milliseconds);
+        } else {
+            self.skip(acceleration::LABEL);
+        }
+        Ok(structure)
+    }
+
+    /// That, where ray queries are likely to be faster and the device can build it.
+    pub fn preferred_structure(&mut self) -> Option<Arc<AccelerationStructure>> {
+        let is_preferred = self.frame.gpu.prefers_ray_queries();
+        is_preferred.then(|| self.acceleration_structure().ok())?
+    }
+
+    /// The visibility image by the device's ray queries.
+    pub fn ray_queries(&mut self, structure: &AccelerationStructure) -> Result<PooledBuffer> {
+        let region = &Region::EVERYWHERE;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let (visibility, facts) = ray_queries::ray_queries(&mut self.frame, seen, structure)?;
         self.pending_facts.push(facts);
         Ok(visibility)
     }

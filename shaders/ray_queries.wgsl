@@ -1,0 +1,44 @@
+enable wgpu_ray_query;
+
+// The shadow of every pixel by a ray query: the device finds the triangles whose boxes the ray meets.
+//
+// It decides nothing more. What it finds are candidates, and lib/shadow_ray tests them, as it does in
+// shadow_rays; any hit ends the query. The boxes are grown beforehand, see src/gpu/acceleration.rs.
+#import lib/light_rays
+
+@group(0) @binding(4) var boxes: acceleration_structure;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let receivers = receivers_uniform;
+    let column = invocation.x;
+    let row = invocation.y;
+    if column >= receivers.width || row >= receivers.height {
+        return;
+    }
+    let receiver = load_receiver(receivers, column, row);
+    var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
+    if receiver.faces_light {
+        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, receiver, receivers.is_local > 0.0));
+    }
+    visibility[row * receivers.width + column] = lit;
+}
+
+fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
+    let ray = ray_of_receiver(rays, receiver, is_local);
+    var query: ray_query;
+    rayQueryInitialize(&query, boxes, RayDesc(0u, 0xffu, 0.0, ray.end, ray.start, ray.direction));
+    var steps = 0u;
+    var is_hit = false;
+    while rayQueryProceed(&query) {
+        let candidate = rayQueryGetCandidateIntersection(&query);
+        is_hit = meets(rays, ray, candidate.primitive_index);
+        steps += 1u;
+        if is_hit || steps >= most_steps {
+            break;
+        }
+    }
+    atomicMax(&counters.longest_walk, steps);
+    atomicAdd(&counters.rays, 1u);
+    return is_hit;
+}
