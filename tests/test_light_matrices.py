@@ -172,7 +172,7 @@ def test_bad_cascades_are_named(parameters, words):
 
 @pytest.mark.parametrize("direction", [(0.3, -1, 0.2), (-0.5, -0.7, 0.6), (0.2, -0.5, -0.8)])
 def test_a_frustum_that_begins_at_the_eye_leaves_texels_for_what_is_seen(direction):
-    """Among the columns and without a near plane of the user's, the frustum's apex is in the scene."""
+    """Without a near plane of the user's, the frustum's apex is among the columns."""
     scene = small("colonnade")
     low, high = scene.bounds
     middle = 0.5 * (low + high)

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from views import soup
+from views import small, soup
 
 import lixel as lx
 
@@ -184,3 +184,21 @@ def test_the_cube_knows_its_aliasing_error():
     pixel = depth / camera.focal[0] * np.sqrt(depth / distance)
     expected = 2 / 64 * 3.1 / pixel * to_eye[1] / distance
     assert frame.aliasing_error[place] == pytest.approx(expected, rel=0.02)
+
+
+def test_around_a_light_in_the_view_an_improved_paraboloid_is_dual_paraboloids():
+    """As published. Beyond that the other cuts keep to what the receivers need."""
+    scene = small("colonnade")
+    camera = scene.cameras["default"].resized(160, 90)
+    target = np.mean(scene.bounds, axis=0)
+    light = lx.PointLight(0.6 * target + 0.4 * camera.eye)
+    improved, dual = (
+        lx.render(scene, camera, light, method(resolution=128))
+        for method in (lx.ImprovedParaboloid, lx.DualParaboloid)
+    )
+    assert len(improved.light_matrix) == len(dual.light_matrix) == 2
+    assert improved.visibility.tobytes() == dual.visibility.tobytes()
+    cut = lx.render(scene, camera, light, lx.ImprovedParaboloid(cut="receivers", resolution=128))
+    truth = lx.reference(scene, camera, light)
+    wrong = [lx.compare(frame, truth).misclassified_count for frame in (cut, dual)]
+    assert wrong[0] < wrong[1]

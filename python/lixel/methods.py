@@ -1096,9 +1096,9 @@ class ImprovedParaboloid(ShadowMapMethod):
     (Eq. 1 and 2), by the zoom factor :math:`Z = \\sin F / (1 + \\cos F)` (section 3.3). A light at
     infinity is the limit: a square around the corners across the light.
 
-    Limits: with the light inside the truncated frustum ``"frustum"`` is two whole paraboloids,
-    turned along the mean direction. The other cuts make one as long as the receivers leave a part
-    of space free, else two, each cut to the box of its receivers.
+    Limits: with the light inside the truncated frustum, or where the cone is wider than a
+    hemisphere, ``"frustum"`` is `DualParaboloid`. The other cuts make one map as long as a
+    hemisphere holds the receivers, else two, each cut to the box of its receivers.
 
     Parameters
     ----------

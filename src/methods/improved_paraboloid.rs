@@ -12,12 +12,13 @@
 //! smallest cone of the receivers themselves; `receivers`, their box in the plane of that cone. The last
 //! two go past the paper, and cut also where the light is inside the frustum, its future work.
 //!
-//! Limits: with the light inside the truncated frustum `frustum` falls back to two whole paraboloids, turned
-//! along the mean direction; so do the others, each half cut to its receivers, where these are all around.
+//! Limits: with the light inside the truncated frustum, or so near that a hemisphere does not hold the cone,
+//! `frustum` falls back to dual paraboloids, and so do the others, each half cut to its receivers.
 
 use super::central_fit::{
-    axes_for_scene, fit_box, fit_square, frustum_corners, hemispheres, smallest_cone_axis,
+    axes_for_scene, fit_box, fit_square, frustum_corners, smallest_cone_axis,
 };
+use super::dual_paraboloid::fit_dual_paraboloid;
 use super::fit::{self, cut_layers, parallel_layer};
 use super::parallel_fit::{self, axes_at, bounds_of, projected_box};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
@@ -39,9 +40,9 @@ pub enum Cut {
     Receivers,
 }
 
-/// A single paraboloid reaches this far from its axis, in its plane: 113 degrees. Beyond, two have smaller
-/// texels.
-const WIDEST: f64 = 1.5;
+/// A single paraboloid reaches this far from its axis, in its plane: the rim of a hemisphere. It could go on, but
+/// with larger texels than two have.
+const WIDEST: f64 = 1.0;
 
 impl ShadowMethod for ImprovedParaboloid {
     const NAME: &'static str = "improved_paraboloid";
@@ -113,8 +114,7 @@ fn fit_frustum(view: &mut View, light: DVec3, resolution: u32) -> Result<Vec<Fit
     // Section 3.3: the zoom factor is where the mapping takes the edge of the cone.
     let zoom = (0.5 * field_of_view).tan();
     if is_in_frustum(view, light, depths) || zoom > WIDEST {
-        let halves = hemispheres(light, axis, scene);
-        return cut_layers(view, halves, fit::Cut::Whole, resolution);
+        return fit_dual_paraboloid(view, fit::Cut::Whole, resolution);
     }
     let farthest = border_points.map(DVec3::length);
     let far = farthest.into_iter().fold(0.0, f64::max) * (1.0 + 1e-6);
@@ -162,13 +162,7 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
     let outermost = corners.0.truncate().abs().max(corners.1.truncate().abs());
     let widest = outermost.max_element();
     if widest > WIDEST {
-        // No cone holds them; the paper's direction is as good as any.
-        let Some(depths) = depth_range(view)? else {
-            return Ok(vec![]);
-        };
-        let (axis, _) = light_cone(view, light, depths);
-        let halves = hemispheres(light, axis, scene);
-        return cut_layers(view, halves, fit::Cut::Receivers, resolution);
+        return fit_dual_paraboloid(view, fit::Cut::Receivers, resolution);
     }
     let distances = (view.camera.eye - light).length() + corners.1.z;
     let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
