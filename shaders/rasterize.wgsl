@@ -3,31 +3,30 @@
 // edges (caster/pieces.wgsl).
 //
 // A small triangle is one item, a large one is cut into coarse tiles, and those into fine ones. No item
-// has more than `small_area` texels, so that work is even and no invocation comes near the 65,535 loop
-// iterations after which some drivers stop in silence.
+// has more than 8 x 8 texels: which of them are covered is found from what eight columns and eight rows
+// share, before any is drawn. A software driver pays some 500 cycles for a texel that is drawn and for one
+// that only might be.
 #import lib/coverage
 
-// Texels in the bound of an item at most: the square of the side of a fine tile.
-override small_area: u32 = 256u;
-override fine_shift: u32 = 4u;
-// Texels that a lane walks before it looks for its next item.
-override chunk: u32 = 8u;
+// Of fine tiles, and the most texels of an item along each side.
+const SIDE: i32 = 8;
+const FINE_SHIFT: u32 = 3u;
 
 // 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
 @group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
 override has_receiver_tiles: bool = false;
 
-// Whether a receiver looks at a tile of the bound; one of more than 2 x 2 tiles is not asked about.
+// Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
 fn is_looked_at(projection: Projection, bound: Bound) -> bool {
     if !has_receiver_tiles {
         return true;
     }
-    let first = vec2<u32>(bound.first) >> vec2<u32>(fine_shift);
-    let last = vec2<u32>(bound.last) >> vec2<u32>(fine_shift);
-    let columns = (projection.size.x + (1u << fine_shift) - 1u) >> fine_shift;
+    let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
+    let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
+    let columns = (projection.size.x + u32(SIDE) - 1u) >> FINE_SHIFT;
     let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
         | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
-    return marks != 0u || any(last - first > vec2<u32>(1u));
+    return marks != 0u;
 }
 
 // The part of an item is a tile, x and y in 16 bits each; WHOLE stands for the whole triangle.
@@ -96,7 +95,7 @@ fn bin(
             behind += 1u;
         } else if min(size.x, size.y) <= 0 {
             outside += 1u;
-        } else if max(size.x, size.y) <= i32(small_area) && size.x * size.y <= i32(small_area) {
+        } else if max(size.x, size.y) <= SIDE {
             if is_looked_at(projection, bound) {
                 append_item(id, WHOLE);
             } else {
@@ -137,12 +136,12 @@ fn split(
     let triangle = caster_from_corners(projection, item.triangle, corners).triangle;
     let extent = extent_in_map(projection, corners);
     let bound = bound_of_tile(bound_from_extent(projection, warp, extent), item.part, 1 << job.coarse_shift);
-    let first = bound.first >> vec2<u32>(fine_shift);
-    let last = bound.last >> vec2<u32>(fine_shift);
+    let first = bound.first >> vec2<u32>(FINE_SHIFT);
+    let last = bound.last >> vec2<u32>(FINE_SHIFT);
     var tile = first;
     while tile.y <= last.y {
         let name = name_of_tile(tile);
-        let part = bound_of_tile(bound, name, 1 << fine_shift);
+        let part = bound_of_tile(bound, name, SIDE);
         if is_looked_at(projection, part) && may_cover(projection, warp, triangle, part) {
             append_item(item.triangle, name);
         }
@@ -153,18 +152,68 @@ fn split(
     }
 }
 
-fn span_of_row(projection: Projection, sides: Sides, bound: Bound, row: i32) -> vec2<i32> {
-    if IS_WARPED {
-        // The edges are no lines here.
-        return vec2<i32>(bound.first.x, bound.last.x);
+// Of eight columns or rows. An array with a variable index would be in memory.
+struct Places {
+    first: vec4<f32>,
+    second: vec4<f32>,
+}
+
+fn place_at(places: Places, i: u32) -> f32 {
+    let four = select(places.first, places.second, i >= 4u);
+    let two = select(four.xy, four.zw, (i & 2u) != 0u);
+    return select(two.x, two.y, (i & 1u) != 0u);
+}
+
+fn with_place(places: Places, i: u32, place: f32) -> Places {
+    let order = vec4<u32>(0u, 1u, 2u, 3u);
+    return Places(
+        select(places.first, vec4<f32>(place), order == vec4<u32>(i)),
+        select(places.second, vec4<f32>(place), order + 4u == vec4<u32>(i)),
+    );
+}
+
+// What a caster covers of a bound.
+struct Coverage {
+    columns: Places,
+    rows: Places,
+    texels: vec2<u32>,                  // a bit each, in rows of SIDE
+}
+
+// The ray of a texel, counted from the bound's first.
+fn ray_in_bound(projection: Projection, warp: Warp, coverage: Coverage, bound: Bound, texel: vec2<u32>) -> vec3<f32> {
+    var place = vec2<f32>(place_at(coverage.columns, texel.x), place_at(coverage.rows, texel.y));
+    if !is_rectilinear {
+        let inside = min(bound.first + vec2<i32>(texel), bound.last);
+        place = linear_from_texel(warp, inside, projection.size) * vec2<f32>(projection.size) - projection.centre;
     }
-    let y = f32(row) + 0.5 - projection.centre.y;
-    // Texel columns are at half-integers of the map, whose axis is at `centre`.
-    let span = span_of(sides, y, y) + projection.centre.x - 0.5;
-    let first = max(span.x, f32(bound.first.x));
-    let last = min(span.y, f32(bound.last.x));
-    // Clamped, so that an edge along the row, whose crossing is at infinity, makes an empty span.
-    return vec2<i32>(vec2<f32>(ceil(min(first, 1.0e6)), floor(max(last, -1.0))));
+    return ray_from_texel(projection, place);
+}
+
+fn coverage_of_bound(projection: Projection, warp: Warp, caster: Caster, bound: Bound) -> Coverage {
+    let none = Places(vec4<f32>(0.0), vec4<f32>(0.0));
+    var coverage = Coverage(none, none, vec2<u32>(0u));
+    let last = vec2<u32>(bound.last - bound.first);
+    for (var x = 0u; x < u32(SIDE); x += 1u) {
+        let column = bound.first.x + i32(min(x, last.x));
+        let place = place_of_column(warp, column, projection.size) - projection.centre.x;
+        coverage.columns = with_place(coverage.columns, x, place);
+    }
+    let within = (2u << last.x) - 1u;
+    var y = 0u;
+    // No `for`, which would be unrolled with the columns in it.
+    while y <= last.y {
+        let place = place_of_row(warp, bound.first.y + i32(y), projection.size) - projection.centre.y;
+        coverage.rows = with_place(coverage.rows, y, place);
+        var row = 0u;
+        for (var x = 0u; x < u32(SIDE); x += 1u) {
+            let ray = ray_in_bound(projection, warp, coverage, bound, vec2<u32>(x, y));
+            row |= select(0u, 1u << x, is_covered(caster, ray));
+        }
+        row = (row & within) << (8u * (y & 3u));
+        coverage.texels |= select(vec2<u32>(row, 0u), vec2<u32>(0u, row), y >= 4u);
+        y += 1u;
+    }
+    return coverage;
 }
 
 @compute @workgroup_size(GROUP)
@@ -179,49 +228,26 @@ fn walk(
     let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
     let end = min(start + GROUP * items_per_invocation, item_count());
     let whole_map = Bound(vec2<i32>(0), vec2<i32>(projection.size) - 1);
-    var index = start;
-    var caster: Caster;
-    var sides: Sides;
-    var id = 0u;
-    var bound = Bound(vec2<i32>(0), vec2<i32>(-1));
-    var row = 0;
-    var x = 0;
-    var span = vec2<i32>(0, -1);
-    // Lanes in lockstep would wait for the largest of their items. Instead each walks a few texels,
-    // then those that are done take their next item while the others go on with theirs.
-    while index < end || row <= bound.last.y {
-        if row > bound.last.y {
-            let item = items[index];
-            index += GROUP;
-            id = triangle_of_caster(item.triangle);
-            let corners = corners_of_caster(projection, item.triangle);
-            caster = caster_from_corners(projection, item.triangle, corners);
-            if item.part == WHOLE {
-                bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));
-            } else {
-                bound = bound_of_tile(whole_map, item.part, 1 << fine_shift);
-            }
-            let lines = lines_of_triangle(projection, caster.triangle);
-            sides = sides_along(lines.x, lines.y, lines.constant, lines.rounding);
-            row = bound.first.y;
-            span = span_of_row(projection, sides, bound, row);
-            x = span.x;
+    for (var index = start; index < end; index += GROUP) {
+        let item = items[index];
+        let id = triangle_of_caster(item.triangle);
+        let corners = corners_of_caster(projection, item.triangle);
+        let caster = caster_from_corners(projection, item.triangle, corners);
+        var bound = bound_of_tile(whole_map, item.part, SIDE);
+        if item.part == WHOLE {
+            bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));
         }
-        for (var i = 0u; i < chunk; i += 1u) {
-            if row <= bound.last.y && x <= span.y {
-                let texel = vec2<i32>(x, row);
-                var place = vec2<f32>(texel) + 0.5;
-                if IS_WARPED {
-                    place = linear_from_texel(warp, texel, projection.size) * vec2<f32>(projection.size);
-                }
-                store_if_covered(projection, caster, id, texel, place - projection.centre);
-            }
-            x += 1;
-            if x > span.y {
-                row += 1;
-                span = span_of_row(projection, sides, bound, row);
-                x = span.x;
-            }
+        let coverage = coverage_of_bound(projection, warp, caster, bound);
+        var texels = coverage.texels;
+        while any(texels != vec2<u32>(0u)) {
+            let is_second = texels.x == 0u;
+            let half = select(texels.x, texels.y, is_second);
+            let bit = countTrailingZeros(half);
+            let rest = half & (half - 1u);
+            texels = select(vec2<u32>(rest, texels.y), vec2<u32>(0u, rest), is_second);
+            let texel = vec2<u32>(bit & 7u, (bit >> 3u) + select(0u, 4u, is_second));
+            let ray = ray_in_bound(projection, warp, coverage, bound, texel);
+            store_covered(projection, caster, id, bound.first + vec2<i32>(texel), ray);
         }
     }
 }

@@ -18,8 +18,8 @@ fn caster_from_corners(projection: Projection, id: u32, corners: Corners) -> Cas
     return Caster(triangle_from_corners(projection, id, corners));
 }
 
-// Where a ray that has the values `e` of the edges meets the caster.
-fn depth_of_caster(caster: Caster, ray: vec3<f32>, e: vec3<f32>) -> f32 {
+// Where a ray meets the caster.
+fn depth_of_caster(caster: Caster, ray: vec3<f32>) -> f32 {
     let triangle = caster.triangle;
     return clamp(depth_on_plane(triangle.plane, ray), triangle.depths.x, triangle.depths.y);
 }

@@ -112,17 +112,25 @@ fn lines_of_triangle(projection: Projection, triangle: Triangle) -> Lines {
     );
 }
 
+// Whether the ray of a texel meets the caster's area: the edges that two share give it to one of them.
+fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
+    let e = edges_at(caster.triangle, ray);
+    return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0;
+}
+
+// Draws a texel that the caster covers, where its ray meets it in the range of depths.
+fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
+    let z = clamp_to_nearest(depth_of_caster(caster, ray), projection.z_min);
+    if z >= projection.z_min && z <= projection.z_max {
+        let depth = (z - projection.depth_offset) * projection.depth_scale;
+        store_texel(u32(texel.y) * projection.size.x + u32(texel.x), depth, id);
+    }
+}
+
 // Draws the texel if its ray, that of a centred place before any warp, meets the caster.
 fn store_if_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, place: vec2<f32>) {
     let ray = ray_from_texel(projection, place);
-    let e = vec3<f32>(
-        evaluate_edge(caster.triangle.edge0, ray),
-        evaluate_edge(caster.triangle.edge1, ray),
-        evaluate_edge(caster.triangle.edge2, ray),
-    );
-    let z = clamp_to_nearest(depth_of_caster(caster, ray, e), projection.z_min);
-    if min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && z >= projection.z_min && z <= projection.z_max {
-        let depth = (z - projection.depth_offset) * projection.depth_scale;
-        store_texel(u32(texel.y) * projection.size.x + u32(texel.x), depth, id);
+    if is_covered(caster, ray) {
+        store_covered(projection, caster, id, texel, ray);
     }
 }

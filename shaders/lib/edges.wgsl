@@ -59,6 +59,15 @@ fn triangle_from_corners(projection: Projection, id: u32, corners: Corners) -> T
     );
 }
 
+// Of a ray: positive on the inner side of each edge.
+fn edges_at(triangle: Triangle, ray: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        evaluate_edge(triangle.edge0, ray),
+        evaluate_edge(triangle.edge1, ray),
+        evaluate_edge(triangle.edge2, ray),
+    );
+}
+
 fn triangle_from_homogeneous(
     ha: vec3<f32>,
     hb: vec3<f32>,

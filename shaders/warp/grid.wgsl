@@ -175,3 +175,18 @@ fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) 
     }
     return vec4<f32>(x.x, y.x, x.y, y.y);
 }
+
+// Of the texels of a column and of a row, in the map before the warp; meaningless if it is not rectilinear.
+fn place_of_column(warp: Warp, column: i32, size: vec2<u32>) -> f32 {
+    if !is_rectilinear {
+        return 0.0;
+    }
+    return warp_table[warp.inverse.x + u32(column)] * f32(size.x);
+}
+
+fn place_of_row(warp: Warp, row: i32, size: vec2<u32>) -> f32 {
+    if !is_rectilinear {
+        return 0.0;
+    }
+    return warp_table[warp.inverse.y + u32(row)] * f32(size.y);
+}

@@ -51,6 +51,9 @@ pub struct Rasterized {
 /// Bands and columns have 14 bits in the items of `shaders/rasterize_bands.wgsl`.
 const MOST_NAMES: u32 = 1 << 14;
 
+/// As `FINE_SHIFT` in `shaders/rasterize.wgsl`.
+const TILE_SHIFT: u32 = 3;
+
 /// A map to draw.
 #[derive(Clone, Copy)]
 pub struct Drawn<'a> {
@@ -66,15 +69,14 @@ impl Drawn<'_> {
     /// Binary logarithm of the side of the tiles that `shaders/rasterize.wgsl` cuts large triangles into;
     /// `None` where another shader draws.
     pub fn tile_shift(&self) -> Option<u32> {
-        let is_linear = self.rasterization != Rasterization::Exact;
         // Pieces are in the map, beyond projection and warp.
-        let warp = self.warp.filter(|_| !is_linear);
-        let has_straight_edges = self.projection.has_straight_edges();
+        let warp = self
+            .warp
+            .filter(|_| self.rasterization == Rasterization::Exact);
         // Of a warp of many functions a tile's bound says little.
-        let has_bands = warp.is_some_and(|warp| warp.layout.functions[0] > 1) && has_straight_edges;
-        // Where edges are no lines, rows are walked from side to side of a tile: smaller ones waste less.
-        let has_straight_rows = is_linear || (warp.is_none() && has_straight_edges);
-        (!has_bands).then_some(if has_straight_rows { 4 } else { 3 })
+        let has_bands = warp.is_some_and(|warp| warp.layout.functions[0] > 1)
+            && self.projection.has_straight_edges();
+        (!has_bands).then_some(TILE_SHIFT)
     }
 }
 
@@ -141,9 +143,7 @@ pub fn rasterize(
     let longest_side = projection.width.max(projection.height);
     let unused = frame.storage("unused tiles", 4)?;
     let mut tiles = Vec::new();
-    if let Some(fine_shift) = drawn.tile_shift() {
-        constants.push(("small_area", f64::from(1 << (2 * fine_shift))));
-        constants.push(("fine_shift", f64::from(fine_shift)));
+    if drawn.tile_shift().is_some() {
         constants.push((
             "has_receiver_tiles",
             f64::from(u8::from(receiver_tiles.is_some())),
