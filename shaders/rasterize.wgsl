@@ -3,14 +3,8 @@
 // edges (caster/pieces.wgsl).
 //
 // A small triangle is one item, a large one is cut into coarse tiles, and those into fine ones. No item
-// has more than 8 x 8 texels: which of them are covered is found from what eight columns and eight rows
-// share, before any is drawn. A software driver pays some 500 cycles for a texel that is drawn and for one
-// that only might be.
-#import lib/coverage
-
-// Of fine tiles, and the most texels of an item along each side.
-const SIDE: i32 = 8;
-const FINE_SHIFT: u32 = 3u;
+// has more than 8 x 8 texels.
+#import lib/tiles
 
 // 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
 @group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
@@ -152,70 +146,6 @@ fn split(
     }
 }
 
-// Of eight columns or rows. An array with a variable index would be in memory.
-struct Places {
-    first: vec4<f32>,
-    second: vec4<f32>,
-}
-
-fn place_at(places: Places, i: u32) -> f32 {
-    let four = select(places.first, places.second, i >= 4u);
-    let two = select(four.xy, four.zw, (i & 2u) != 0u);
-    return select(two.x, two.y, (i & 1u) != 0u);
-}
-
-fn with_place(places: Places, i: u32, place: f32) -> Places {
-    let order = vec4<u32>(0u, 1u, 2u, 3u);
-    return Places(
-        select(places.first, vec4<f32>(place), order == vec4<u32>(i)),
-        select(places.second, vec4<f32>(place), order + 4u == vec4<u32>(i)),
-    );
-}
-
-// What a caster covers of a bound.
-struct Coverage {
-    columns: Places,
-    rows: Places,
-    texels: vec2<u32>,                  // a bit each, in rows of SIDE
-}
-
-// The ray of a texel, counted from the bound's first.
-fn ray_in_bound(projection: Projection, warp: Warp, coverage: Coverage, bound: Bound, texel: vec2<u32>) -> vec3<f32> {
-    var place = vec2<f32>(place_at(coverage.columns, texel.x), place_at(coverage.rows, texel.y));
-    if !is_rectilinear {
-        let inside = min(bound.first + vec2<i32>(texel), bound.last);
-        place = linear_from_texel(warp, inside, projection.size) * vec2<f32>(projection.size) - projection.centre;
-    }
-    return ray_from_texel(projection, place);
-}
-
-fn coverage_of_bound(projection: Projection, warp: Warp, caster: Caster, bound: Bound) -> Coverage {
-    let none = Places(vec4<f32>(0.0), vec4<f32>(0.0));
-    var coverage = Coverage(none, none, vec2<u32>(0u));
-    let last = vec2<u32>(bound.last - bound.first);
-    for (var x = 0u; x < u32(SIDE); x += 1u) {
-        let column = bound.first.x + i32(min(x, last.x));
-        let place = place_of_column(warp, column, projection.size) - projection.centre.x;
-        coverage.columns = with_place(coverage.columns, x, place);
-    }
-    let within = (2u << last.x) - 1u;
-    var y = 0u;
-    // No `for`, which would be unrolled with the columns in it.
-    while y <= last.y {
-        let place = place_of_row(warp, bound.first.y + i32(y), projection.size) - projection.centre.y;
-        coverage.rows = with_place(coverage.rows, y, place);
-        var row = 0u;
-        for (var x = 0u; x < u32(SIDE); x += 1u) {
-            let ray = ray_in_bound(projection, warp, coverage, bound, vec2<u32>(x, y));
-            row |= select(0u, 1u << x, is_covered(caster, ray));
-        }
-        row = (row & within) << (8u * (y & 3u));
-        coverage.texels |= select(vec2<u32>(row, 0u), vec2<u32>(0u, row), y >= 4u);
-        y += 1u;
-    }
-    return coverage;
-}
-
 @compute @workgroup_size(GROUP)
 fn walk(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -230,24 +160,12 @@ fn walk(
     let whole_map = Bound(vec2<i32>(0), vec2<i32>(projection.size) - 1);
     for (var index = start; index < end; index += GROUP) {
         let item = items[index];
-        let id = triangle_of_caster(item.triangle);
         let corners = corners_of_caster(projection, item.triangle);
         let caster = caster_from_corners(projection, item.triangle, corners);
         var bound = bound_of_tile(whole_map, item.part, SIDE);
         if item.part == WHOLE {
             bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));
         }
-        let coverage = coverage_of_bound(projection, warp, caster, bound);
-        var texels = coverage.texels;
-        while any(texels != vec2<u32>(0u)) {
-            let is_second = texels.x == 0u;
-            let half = select(texels.x, texels.y, is_second);
-            let bit = countTrailingZeros(half);
-            let rest = half & (half - 1u);
-            texels = select(vec2<u32>(rest, texels.y), vec2<u32>(0u, rest), is_second);
-            let texel = vec2<u32>(bit & 7u, (bit >> 3u) + select(0u, 4u, is_second));
-            let ray = ray_in_bound(projection, warp, coverage, bound, texel);
-            store_covered(projection, caster, id, bound.first + vec2<i32>(texel), ray);
-        }
+        draw_covered(projection, warp, caster, triangle_of_caster(item.triangle), bound, ALL_BANDS);
     }
 }

@@ -2,29 +2,19 @@
 //
 // Such a warp has a function along x for each *band* of the map before it, and one along y for each column
 // of cells behind that (warp/grid.wgsl). In a band a column of texels stands on a line x = constant, its
-// rows on points of that line in their order. So what of the line is inside a triangle is a span of the
-// column, and the bands that a triangle touches are walked column by column. Where the functions differ
-// from band to band, bounds of the triangle's image would hold a hundred times the texels that it covers.
+// rows on points of that line in their order. So tiles are taken where the lines of their columns meet the
+// triangle, band by band. Where the functions differ from band to band, bounds of the triangle's image would
+// hold a hundred times the texels that it covers.
 //
-// A small triangle is one item; a large one is cut into blocks of bands, and those into strips: some
-// columns of a band.
-#import lib/coverage
+// A small triangle is one item; a large one is cut into blocks of bands and columns, and those into tiles,
+// each in one band.
+#import lib/tiles
 
-// A lane walks so many columns before it looks for its next item, and so many texels of each.
-const COLUMNS_IN_TURN: u32 = 4u;
-const ROWS_IN_TURN: u32 = 4u;
-
-// The part of an item: a band in 14 bits, its first column in 14, and the binary logarithm of the number
-// of columns; WHOLE stands for the whole triangle.
+// The part of an item is its band and, in the lowest bits, its tile; WHOLE stands for the whole triangle.
 const WHOLE: u32 = 0xffffffffu;
-// Bands of a coarse item.
+// Of a coarse item, whose part is the block's place in 16 bits each.
 const BLOCK_OF_BANDS: i32 = 16;
-// No item has more than this many columns of bands, or more than this many texels, unless a single
-// column has: the host then gives an invocation so few items that it stays below the 65,535 loop
-// iterations after which some drivers stop in silence.
-const SMALL: i32 = 128;
-const SMALL_AREA: i32 = 512;
-const MOST_COLUMNS: i32 = 16;
+const BLOCK_OF_COLUMNS: i32 = 128;
 
 // A triangle in the map before the warp.
 struct Unwarped {
@@ -88,33 +78,26 @@ fn columns_of_band(projection: Projection, warp: Warp, unwarped: Unwarped, band:
     return texels_between(warp, 0u, u32(band), low, high, f32(projection.size.x));
 }
 
-// A column of a band: where it stands, centred, its function along y, and the rows that may be covered.
-struct Column {
-    x: f32,
-    function: u32,
-    rows: vec2<i32>,
+// First and last row that the triangle may cover in the columns of a band from `first` to `last`.
+fn rows_of_columns(projection: Projection, warp: Warp, unwarped: Unwarped, band: i32, first: i32, last: i32) -> vec2<i32> {
+    let size = vec2<f32>(projection.size);
+    let from_x = place_of_column(warp, u32(band), first, projection.size) - projection.centre.x;
+    let to_x = place_of_column(warp, u32(band), last, projection.size) - projection.centre.x;
+    let span = span_of(unwarped.along_y, from_x, to_x) + projection.centre.y;
+    let heights = heights_in_band(projection, warp, unwarped.extent, band);
+    let y = vec2<f32>(max(span.x, heights.x), min(span.y, heights.y));
+    var rows = vec2<i32>(0x7fffffff, -1);
+    let last_function = function_of_column(warp, last, projection.size);
+    for (var i = function_of_column(warp, first, projection.size); i <= last_function; i += 1u) {
+        let of_function = texels_between(warp, 1u, i, y.x, y.y, size.y);
+        rows = vec2<i32>(min(rows.x, of_function.x), max(rows.y, of_function.y));
+    }
+    return vec2<i32>(rows.x, select(-1, rows.y, rows.x <= rows.y));
 }
 
-fn column_of_band(projection: Projection, warp: Warp, unwarped: Unwarped, band: i32, column: i32) -> Column {
-    let size = vec2<f32>(projection.size);
-    let unwarped_x = warp_table[warp.inverse.x + u32(band) * projection.size.x + u32(column)];
-    let x = unwarped_x * size.x - projection.centre.x;
-    let function = function_at((f32(column) + 0.5) / size.x, warp.functions.y);
-    let y = heights_in_band(projection, warp, unwarped.extent, band);
-    let span = span_of(unwarped.along_y, x, x) + projection.centre.y;
-    let rows = texels_between(warp, 1u, function, max(span.x, y.x), min(span.y, y.y), size.y);
-    return Column(x, function, rows);
-}
-
-// The binary logarithm of the number of columns of a strip: fewer where they are high.
-fn shift_of_strip(projection: Projection, warp: Warp, unwarped: Unwarped, band: i32, first: i32) -> u32 {
-    let size = vec2<f32>(projection.size);
-    let y = heights_in_band(projection, warp, unwarped.extent, band) / size.y;
-    let from_function = function_at((f32(first) + 0.5) / size.x, warp.functions.y);
-    let to_function = function_at((f32(first + MOST_COLUMNS) - 0.5) / size.x, warp.functions.y);
-    let rows = values_between(warp, 1u, from_function, to_function, y.x, y.y);
-    let height = i32((rows.y - rows.x) * size.y) + 1;
-    return firstLeadingBit(u32(clamp(SMALL_AREA / max(height, 1), 1, MOST_COLUMNS)));
+// The tiles of an item in so many bits along each axis; what is left is the band.
+fn bits_of_tiles(projection: Projection) -> vec2<u32> {
+    return firstLeadingBit((projection.size - 1u) >> vec2<u32>(FINE_SHIFT) | vec2<u32>(1u)) + 1u;
 }
 
 @compute @workgroup_size(GROUP)
@@ -143,13 +126,15 @@ fn bin(
         } else if min(size.x, size.y) <= 0 {
             outside += 1u;
         } else {
-            let bands = bands_of_extent(projection, warp, extent);
-            let count = bands.y - bands.x + 1;
-            if count * size.x <= SMALL && size.x * size.y <= SMALL_AREA {
+            let bands = bands_of_extent(projection, warp, extent) / BLOCK_OF_BANDS;
+            let columns = vec2<i32>(bound.first.x, bound.last.x) / BLOCK_OF_COLUMNS;
+            if max(size.x, size.y) <= SIDE {
                 append_item(id, WHOLE);
             } else {
-                for (var band = bands.x; band <= bands.y; band += BLOCK_OF_BANDS) {
-                    append_coarse_item(id, u32(band));
+                for (var band = bands.x; band <= bands.y; band += 1) {
+                    for (var column = columns.x; column <= columns.y; column += 1) {
+                        append_coarse_item(id, u32(band) | (u32(column) << 16u));
+                    }
                 }
             }
         }
@@ -175,18 +160,20 @@ fn split(
     let corners = corners_of_caster(projection, item.triangle);
     let caster = caster_from_corners(projection, item.triangle, corners);
     let unwarped = unwarped_from_projected(projection, warp, caster.triangle, corners);
-    var band = i32(item.part);
-    let last_band = min(band + BLOCK_OF_BANDS - 1, unwarped.bands.y);
-    var columns = columns_of_band(projection, warp, unwarped, band);
-    while band <= last_band {
-        let shift = shift_of_strip(projection, warp, unwarped, band, columns.x);
-        if columns.x <= columns.y {
-            append_item(item.triangle, u32(band) | (u32(columns.x) << 14u) | (shift << 28u));
-        }
-        columns.x += 1 << shift;
-        if columns.x > columns.y {
-            band += 1;
-            columns = columns_of_band(projection, warp, unwarped, min(band, last_band));
+    let bits = bits_of_tiles(projection);
+    let block = vec2<i32>(vec2<u32>(item.part & 0xffffu, item.part >> 16u)) * vec2<i32>(BLOCK_OF_BANDS, BLOCK_OF_COLUMNS);
+    let last_band = min(block.x + BLOCK_OF_BANDS - 1, unwarped.bands.y);
+    for (var band = max(block.x, unwarped.bands.x); band <= last_band; band += 1) {
+        var columns = columns_of_band(projection, warp, unwarped, band);
+        columns = vec2<i32>(max(columns.x, block.y), min(columns.y, block.y + BLOCK_OF_COLUMNS - 1));
+        while columns.x <= columns.y {
+            let next = (columns.x / SIDE + 1) * SIDE;
+            let rows = rows_of_columns(projection, warp, unwarped, band, columns.x, min(next - 1, columns.y));
+            for (var tile = rows.x / SIDE; tile * SIDE <= rows.y; tile += 1) {
+                let place = u32(columns.x / SIDE) | (u32(tile) << bits.x);
+                append_item(item.triangle, place | (u32(band) << (bits.x + bits.y)));
+            }
+            columns.x = next;
         }
     }
 }
@@ -200,62 +187,21 @@ fn walk(
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let size = vec2<f32>(projection.size);
+    let bits = bits_of_tiles(projection);
     let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
     let end = min(start + GROUP * items_per_invocation, item_count());
-    var index = start;
-    var caster: Caster;
-    var unwarped: Unwarped;
-    var id = 0u;
-    // The band, the last of the item, and what is left of the band and of the column.
-    var band = 0;
-    var last_band = -1;
-    var strip = vec2<i32>(0, 0x7fffffff);
-    var columns = vec2<i32>(0, -1);
-    var column: Column;
-    column.rows = vec2<i32>(0, -1);
-    // As in rasterize.wgsl, lanes take their next item while others go on with theirs. A while loop that no
-    // lane enters is skipped where an if is not: what a column costs is not paid for each of its texels.
-    while index < end || band <= last_band {
-        while band > last_band && index < end {
-            let item = items[index];
-            index += GROUP;
-            id = item.triangle;
-            let corners = corners_of_caster(projection, id);
-            caster = caster_from_corners(projection, id, corners);
-            unwarped = unwarped_from_projected(projection, warp, caster.triangle, corners);
-            let is_whole = item.part == WHOLE;
-            band = select(i32(item.part & 0x3fffu), unwarped.bands.x, is_whole);
-            last_band = select(band, unwarped.bands.y, is_whole);
-            let first = i32((item.part >> 14u) & 0x3fffu);
-            strip = select(vec2<i32>(first, first + (1 << (item.part >> 28u)) - 1), vec2<i32>(0, 0x7fffffff), is_whole);
-            columns = columns_of_band(projection, warp, unwarped, band);
-            columns = vec2<i32>(max(columns.x, strip.x), min(columns.y, strip.y));
-            column.rows = vec2<i32>(0, -1);
+    for (var index = start; index < end; index += GROUP) {
+        let item = items[index];
+        let corners = corners_of_caster(projection, item.triangle);
+        let caster = caster_from_corners(projection, item.triangle, corners);
+        let tile = vec2<u32>(item.part & ((1u << bits.x) - 1u), (item.part >> bits.x) & ((1u << bits.y) - 1u));
+        let corner = vec2<i32>(tile) * SIDE;
+        var bound = Bound(corner, min(corner + SIDE, vec2<i32>(projection.size)) - 1);
+        var band = item.part >> (bits.x + bits.y);
+        if item.part == WHOLE {
+            bound = warped_bound_of_extent(projection, warp, extent_in_map(projection, corners));
+            band = ALL_BANDS;
         }
-        for (var i = 0u; i < COLUMNS_IN_TURN; i += 1u) {
-            while band <= last_band && columns.x > columns.y && column.rows.x > column.rows.y {
-                band += 1;
-                if band <= last_band {
-                    columns = columns_of_band(projection, warp, unwarped, band);
-                    columns = vec2<i32>(max(columns.x, strip.x), min(columns.y, strip.y));
-                }
-            }
-            while column.rows.x > column.rows.y && columns.x <= columns.y {
-                column = column_of_band(projection, warp, unwarped, band, columns.x);
-                columns.x += 1;
-            }
-            var steps = 0u;
-            while column.rows.x <= column.rows.y && steps < ROWS_IN_TURN {
-                steps += 1u;
-                let row = column.rows.x;
-                column.rows.x += 1;
-                let y = warp_table[warp.inverse.y + column.function * projection.size.y + u32(row)];
-                if i32(function_at(y, warp.functions.x)) == band {
-                    let place = vec2<f32>(column.x, y * size.y - projection.centre.y);
-                    store_if_covered(projection, caster, id, vec2<i32>(columns.x - 1, row), place);
-                }
-            }
-        }
+        draw_covered(projection, warp, caster, item.triangle, bound, band);
     }
 }

@@ -32,6 +32,8 @@ WARPS = (
     "pytest", "tests/test_warps.py", "tests/test_shadow_maps.py", "-k",
     "test_warps or ((texel_holds or cell_with_most or never_shadows_itself) and Warp)",
 )  # fmt: skip
+TEXELS = ("pytest", "tests/test_shadow_maps.py", "-k", "texel_holds")
+TRIANGLES = ("pytest", "tests/test_lookups.py")
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,9 @@ class Mutant:
 LOOKUP = "shaders/lookup.wgsl"
 GRID = "shaders/warp/grid.wgsl"
 TABLES = "shaders/warp_map.wgsl"
+BANDS = "shaders/rasterize_bands.wgsl"
+TILES = "shaders/lib/tiles.wgsl"
+COVERAGE = "shaders/lib/coverage.wgsl"
 TRUTH = "src/reference.rs"
 PARAMETERS = "src/methods/parameters.rs"
 
@@ -111,6 +116,47 @@ MUTANTS = (
         "warp inverse", "the bound of texels is that of the first", GRID,
         "y.y = max(y.y, warp_table[start + to_texel.y]);",
         "y.y = max(y.y, warp_table[start + from_texel.y]);", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "neighbours begin a texel late", GRID,
+        "clamp(middle + i - reach, vec2<i32>(0)", "clamp(middle + i - reach + 1, vec2<i32>(0)",
+        TRIANGLES,
+    ),
+    Mutant(
+        "texels of a tile", "the last column is left out", TILES,
+        "x >= column && x < width);", "x >= column && x + 1u < width);", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "columns beyond the last are drawn", TILES,
+        "x >= column && x < width);", "x >= column);", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "rows of another band are drawn", TILES,
+        "bound.first.y + i32(y), projection.size) == band;",
+        "bound.first.y + i32(y), projection.size) <= 0xffffu;", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the first column's rows are those of all", BANDS,
+        "span_of(unwarped.along_y, from_x, to_x)", "span_of(unwarped.along_y, from_x, from_x)",
+        TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the lower rows are a row too high", TILES,
+        "select(0u, 4u, is_second)", "select(0u, 3u, is_second)", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the second four columns stand where the first do", TILES,
+        "let four = select(places.first, places.second, i >= 4u);", "let four = places.first;",
+        TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the last that is drawn hides the others", TILES,
+        "let rest = half & (half - 1u);", "let rest = 0u;", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "an edge that two triangles share is of neither", COVERAGE,
+        "return min(min(e.x, e.y), e.z) >= 0.0 &&", "return min(min(e.x, e.y), e.z) > 0.0 &&",
+        TEXELS,
     ),
     Mutant(
         "ties", "points are known exactly", TRUTH,

@@ -176,17 +176,23 @@ fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) 
     return vec4<f32>(x.x, y.x, x.y, y.y);
 }
 
-// Of the texels of a column and of a row, in the map before the warp; meaningless if it is not rectilinear.
-fn place_of_column(warp: Warp, column: i32, size: vec2<u32>) -> f32 {
-    if !is_rectilinear {
-        return 0.0;
-    }
-    return warp_table[warp.inverse.x + u32(column)] * f32(size.x);
+// The function along y of a column of texels, and the band, the function along x, of a row of them.
+fn function_of_column(warp: Warp, column: i32, size: vec2<u32>) -> u32 {
+    return function_at((f32(column) + 0.5) / f32(size.x), warp.functions.y);
 }
 
-fn place_of_row(warp: Warp, row: i32, size: vec2<u32>) -> f32 {
-    if !is_rectilinear {
-        return 0.0;
+fn band_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> u32 {
+    if is_rectilinear {
+        return 0u;
     }
-    return warp_table[warp.inverse.y + u32(row)] * f32(size.y);
+    return function_at(warp_table[warp.inverse.y + function * size.y + u32(row)], warp.functions.x);
+}
+
+// Of the texels of a column in a band and of a row, in the map before the warp.
+fn place_of_column(warp: Warp, band: u32, column: i32, size: vec2<u32>) -> f32 {
+    return warp_table[warp.inverse.x + band * size.x + u32(column)] * f32(size.x);
+}
+
+fn place_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> f32 {
+    return warp_table[warp.inverse.y + function * size.y + u32(row)] * f32(size.y);
 }

@@ -10,7 +10,6 @@ struct Warped {
 }
 
 const IS_WARPED: bool = false;
-const is_rectilinear: bool = true;
 
 fn load_warp() -> Warp {
     return Warp(0u);
@@ -57,11 +56,20 @@ fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) 
     return vec4<f32>(vec2<f32>(first) + 0.5, vec2<f32>(last) + 0.5) / vec4<f32>(vec4<u32>(size, size));
 }
 
-// Of the texels of a column and of a row, in the map before the warp.
-fn place_of_column(warp: Warp, column: i32, size: vec2<u32>) -> f32 {
+// The function along y of a column of texels, and the band, the function along x, of a row of them.
+fn function_of_column(warp: Warp, column: i32, size: vec2<u32>) -> u32 {
+    return 0u;
+}
+
+fn band_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> u32 {
+    return 0u;
+}
+
+// Of the texels of a column in a band and of a row, in the map before the warp.
+fn place_of_column(warp: Warp, band: u32, column: i32, size: vec2<u32>) -> f32 {
     return f32(column) + 0.5;
 }
 
-fn place_of_row(warp: Warp, row: i32, size: vec2<u32>) -> f32 {
+fn place_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> f32 {
     return f32(row) + 0.5;
 }

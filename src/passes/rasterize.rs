@@ -48,10 +48,7 @@ pub struct Rasterized {
     pub counters: Read<Counters>,
 }
 
-/// Bands and columns have 14 bits in the items of `shaders/rasterize_bands.wgsl`.
-const MOST_NAMES: u32 = 1 << 14;
-
-/// As `FINE_SHIFT` in `shaders/rasterize.wgsl`.
+/// As `FINE_SHIFT` in `shaders/lib/tiles.wgsl`.
 const TILE_SHIFT: u32 = 3;
 
 /// A map to draw.
@@ -150,16 +147,17 @@ pub fn rasterize(
         ));
         tiles.push((9, buffer(receiver_tiles.unwrap_or(&unused))));
     } else {
-        let most = longest_side.max(bands);
+        // As `bits_of_tiles` in the shader.
+        let tile_bits = |side: u32| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros();
+        let bits = tile_bits(projection.width) + tile_bits(projection.height);
+        let most = (1u64 << (u32::BITS - bits)) - 1;
         ensure_value!(
-            most <= MOST_NAMES,
-            "resolution and function_count must be at most {MOST_NAMES} with a warp of rows and columns, \
-             got {most}"
+            u64::from(bands) <= most,
+            "function_count must be at most {most} with a map of {longest_side} texels, got {bands}"
         );
-        // An item is at most one column of texels as long as the map, or 128 texels of several columns. Lanes
-        // wait for one another in the inner loops, and all of an invocation's loops together must stay below
-        // 65,535 iterations.
-        per_invocation = per_invocation.min(16_384 / longest_side).clamp(1, 32);
+        // A lane takes several bands and columns of functions of an item: all of an invocation's loops together
+        // must stay below 65,535 iterations.
+        per_invocation = per_invocation.min(32);
     }
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.

@@ -1,0 +1,113 @@
+// The texels of a tile that a caster covers. A software driver pays some 500 cycles for a texel that is drawn
+// and for one that only might be. So which of them are covered is found first, from what eight columns and
+// eight rows share.
+#import lib/coverage
+
+// Of a tile, and the most texels of a bound along each side.
+const SIDE: i32 = 8;
+const FINE_SHIFT: u32 = 3u;
+
+// Of eight columns or rows. An array with a variable index would be in memory.
+struct Places {
+    first: vec4<f32>,
+    second: vec4<f32>,
+}
+
+fn place_at(places: Places, i: u32) -> f32 {
+    let four = select(places.first, places.second, i >= 4u);
+    let two = select(four.xy, four.zw, (i & 2u) != 0u);
+    return select(two.x, two.y, (i & 1u) != 0u);
+}
+
+fn with_place(places: Places, i: u32, place: f32) -> Places {
+    let order = vec4<u32>(0u, 1u, 2u, 3u);
+    return Places(
+        select(places.first, vec4<f32>(place), order == vec4<u32>(i)),
+        select(places.second, vec4<f32>(place), order + 4u == vec4<u32>(i)),
+    );
+}
+
+// What a caster covers of a bound.
+struct Coverage {
+    columns: Places,
+    rows: Places,
+    texels: vec2<u32>,                  // a bit each, in rows of SIDE
+}
+
+fn ray_of(projection: Projection, coverage: Coverage, texel: vec2<u32>) -> vec3<f32> {
+    let place = vec2<f32>(place_at(coverage.columns, texel.x), place_at(coverage.rows, texel.y));
+    return ray_from_texel(projection, place);
+}
+
+// Of the columns `within`, a bit each, which share a function along y, in a band.
+fn coverage_of_bound(
+    projection: Projection,
+    warp: Warp,
+    caster: Caster,
+    bound: Bound,
+    function: u32,
+    within: u32,
+    band: u32,
+) -> Coverage {
+    let none = Places(vec4<f32>(0.0), vec4<f32>(0.0));
+    var coverage = Coverage(none, none, vec2<u32>(0u));
+    let last = vec2<u32>(bound.last - bound.first);
+    for (var x = 0u; x < u32(SIDE); x += 1u) {
+        let column = bound.first.x + i32(min(x, last.x));
+        let place = place_of_column(warp, band, column, projection.size) - projection.centre.x;
+        coverage.columns = with_place(coverage.columns, x, place);
+    }
+    var y = 0u;
+    // No `for`, which would be unrolled with the columns in it.
+    while y <= last.y {
+        let place = place_of_row(warp, function, bound.first.y + i32(y), projection.size);
+        coverage.rows = with_place(coverage.rows, y, place - projection.centre.y);
+        var row = 0u;
+        for (var x = 0u; x < u32(SIDE); x += 1u) {
+            row |= select(0u, 1u << x, is_covered(caster, ray_of(projection, coverage, vec2<u32>(x, y))));
+        }
+        let is_in_band = band_of_row(warp, function, bound.first.y + i32(y), projection.size) == band;
+        row = select(0u, row & within, is_in_band) << (8u * (y & 3u));
+        coverage.texels |= select(vec2<u32>(row, 0u), vec2<u32>(0u, row), y >= 4u);
+        y += 1u;
+    }
+    return coverage;
+}
+
+// Every band of a bound.
+const ALL_BANDS: u32 = 0xffffffffu;
+
+// Draws the texels of a bound that the caster covers, in a band or in all.
+fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bound: Bound, only_band: u32) {
+    let width = u32(bound.last.x - bound.first.x) + 1u;
+    // Columns with one function along y after those with another, and in them band after band.
+    var column = 0u;
+    while column < width {
+        let function = function_of_column(warp, bound.first.x + i32(column), projection.size);
+        var within = 0u;
+        for (var x = 0u; x < u32(SIDE); x += 1u) {
+            let is_of_it = function_of_column(warp, bound.first.x + i32(x), projection.size) == function;
+            within |= select(0u, 1u << x, is_of_it && x >= column && x < width);
+        }
+        var bands = vec2<u32>(only_band);
+        if only_band == ALL_BANDS {
+            bands.x = band_of_row(warp, function, bound.first.y, projection.size);
+            bands.y = band_of_row(warp, function, bound.last.y, projection.size);
+        }
+        for (var band = bands.x; band <= bands.y; band += 1u) {
+            let coverage = coverage_of_bound(projection, warp, caster, bound, function, within, band);
+            var texels = coverage.texels;
+            while any(texels != vec2<u32>(0u)) {
+                let is_second = texels.x == 0u;
+                let half = select(texels.x, texels.y, is_second);
+                let bit = countTrailingZeros(half);
+                let rest = half & (half - 1u);
+                texels = select(vec2<u32>(rest, texels.y), vec2<u32>(0u, rest), is_second);
+                let texel = vec2<u32>(bit & 7u, (bit >> 3u) + select(0u, 4u, is_second));
+                let ray = ray_of(projection, coverage, texel);
+                store_covered(projection, caster, id, bound.first + vec2<i32>(texel), ray);
+            }
+        }
+        column += countOneBits(within);
+    }
+}
