@@ -6,6 +6,9 @@
 // has more than 8 x 8 texels.
 #import lib/tiles
 
+// Texels along each side of a block of tiles.
+const SIDE_OF_BLOCK: i32 = 32;
+
 // 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
 @group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
 override has_receiver_tiles: bool = false;
@@ -130,18 +133,32 @@ fn split(
     let triangle = caster_from_corners(projection, item.triangle, corners).triangle;
     let extent = extent_in_map(projection, corners);
     let bound = bound_of_tile(bound_from_extent(projection, warp, extent), item.part, 1 << job.coarse_shift);
-    let first = bound.first >> vec2<u32>(FINE_SHIFT);
-    let last = bound.last >> vec2<u32>(FINE_SHIFT);
-    var tile = first;
-    while tile.y <= last.y {
-        let name = name_of_tile(tile);
-        let part = bound_of_tile(bound, name, SIDE);
-        if is_looked_at(projection, part) && may_cover(projection, warp, triangle, part) {
-            append_item(item.triangle, name);
+    if !may_cover(projection, warp, triangle, bound) {
+        return;
+    }
+    // Blocks of tiles first: most of a bound that reaches over a cube's edge holds nothing.
+    let blocks = Bound(bound.first / SIDE_OF_BLOCK, bound.last / SIDE_OF_BLOCK);
+    var block = blocks.first;
+    while block.y <= blocks.last.y {
+        let block_bound = bound_of_tile(bound, name_of_tile(block), SIDE_OF_BLOCK);
+        let first = block_bound.first / SIDE;
+        let is_empty = !may_cover(projection, warp, triangle, block_bound);
+        let last = select(block_bound.last / SIDE, first - 1, is_empty);
+        var tile = first;
+        while tile.y <= last.y {
+            let name = name_of_tile(tile);
+            let part = bound_of_tile(bound, name, SIDE);
+            if is_looked_at(projection, part) && may_cover(projection, warp, triangle, part) {
+                append_item(item.triangle, name);
+            }
+            tile.x += 1;
+            if tile.x > last.x {
+                tile = vec2<i32>(first.x, tile.y + 1);
+            }
         }
-        tile.x += 1;
-        if tile.x > last.x {
-            tile = vec2<i32>(first.x, tile.y + 1);
+        block.x += 1;
+        if block.x > blocks.last.x {
+            block = vec2<i32>(blocks.first.x, block.y + 1);
         }
     }
 }

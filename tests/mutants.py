@@ -33,6 +33,7 @@ WARPS = (
     "test_warps or ((texel_holds or cell_with_most or never_shadows_itself) and Warp)",
 )  # fmt: skip
 TEXELS = ("pytest", "tests/test_shadow_maps.py", "-k", "texel_holds")
+PIXELS = ("pytest", "tests/test_visibility_buffer.py")
 TRIANGLES = ("pytest", "tests/test_lookups.py")
 
 
@@ -156,7 +157,7 @@ MUTANTS = (
     Mutant(
         "texels of a tile", "an edge that two triangles share is of neither", COVERAGE,
         "return min(min(e.x, e.y), e.z) >= 0.0 &&", "return min(min(e.x, e.y), e.z) > 0.0 &&",
-        TEXELS,
+        PIXELS,
     ),
     Mutant(
         "ties", "points are known exactly", TRUTH,
