@@ -9,23 +9,6 @@
 // Texels along each side of a block of tiles.
 const SIDE_OF_BLOCK: i32 = 32;
 
-// 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
-@group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
-override has_receiver_tiles: bool = false;
-
-// Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
-fn is_looked_at(projection: Projection, bound: Bound) -> bool {
-    if !has_receiver_tiles {
-        return true;
-    }
-    let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
-    let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
-    let columns = (projection.size.x + u32(SIDE) - 1u) >> FINE_SHIFT;
-    let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
-        | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
-    return marks != 0u;
-}
-
 // The part of an item is a tile, x and y in 16 bits each; WHOLE stands for the whole triangle.
 const WHOLE: u32 = 0xffffffffu;
 

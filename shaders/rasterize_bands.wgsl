@@ -129,7 +129,11 @@ fn bin(
             let bands = bands_of_extent(projection, warp, extent) / BLOCK_OF_BANDS;
             let columns = vec2<i32>(bound.first.x, bound.last.x) / BLOCK_OF_COLUMNS;
             if max(size.x, size.y) <= SIDE {
-                append_item(id, WHOLE);
+                if is_looked_at(projection, bound) {
+                    append_item(id, WHOLE);
+                } else {
+                    outside += 1u;
+                }
             } else {
                 for (var band = bands.x; band <= bands.y; band += 1) {
                     for (var column = columns.x; column <= columns.y; column += 1) {
@@ -170,8 +174,11 @@ fn split(
             let next = (columns.x / SIDE + 1) * SIDE;
             let rows = rows_of_columns(projection, warp, unwarped, band, columns.x, min(next - 1, columns.y));
             for (var tile = rows.x / SIDE; tile * SIDE <= rows.y; tile += 1) {
-                let place = u32(columns.x / SIDE) | (u32(tile) << bits.x);
-                append_item(item.triangle, place | (u32(band) << (bits.x + bits.y)));
+                let corner = vec2<i32>(columns.x / SIDE, tile) * SIDE;
+                if is_looked_at(projection, Bound(corner, corner)) {
+                    let place = u32(columns.x / SIDE) | (u32(tile) << bits.x);
+                    append_item(item.triangle, place | (u32(band) << (bits.x + bits.y)));
+                }
             }
             columns.x = next;
         }

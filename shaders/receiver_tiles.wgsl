@@ -16,6 +16,9 @@ struct Tiles {
 
 override rows_per_invocation: u32 = 1u;
 
+// Of the map.
+const WIDTH_OF_BORDER: f32 = 2e-6;
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let receivers = receivers_uniform;
@@ -23,14 +26,17 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let tiles = tiles_uniform;
     let warp = load_warp();
     let size = vec2<f32>(projection.size);
+    // Between two functions a receiver may look at either's tiles, as the lookup rounds.
+    let sides = select(2u, 1u, is_rectilinear);
     // Neighbours mostly look at the same tiles.
     var known = vec4<u32>(0xffffffffu);
-    for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
+    for (var i = 0u; i < rows_per_invocation * sides; i += 1u) {
+        let row = invocation.y * rows_per_invocation + i / sides;
+        let aside = select(0.0, f32(i % 2u) - 0.5, sides == 2u) * WIDTH_OF_BORDER;
         if invocation.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, invocation.x, row);
             let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
-            let place = warped_from_linear(warp, texel / size).uv * size;
+            let place = warped_from_linear(warp, texel / size + aside).uv * size;
             let first = vec2<u32>(clamp(place - tiles.reach, vec2<f32>(0.0), size - 1.0));
             let last = vec2<u32>(clamp(place + tiles.reach, vec2<f32>(0.0), size - 1.0));
             let corners = vec4<u32>(first, last) >> vec4<u32>(tiles.shift);

@@ -7,6 +7,23 @@
 const SIDE: i32 = 8;
 const FINE_SHIFT: u32 = 3u;
 
+// 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
+@group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
+override has_receiver_tiles: bool = false;
+
+// Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
+fn is_looked_at(projection: Projection, bound: Bound) -> bool {
+    if !has_receiver_tiles {
+        return true;
+    }
+    let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
+    let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
+    let columns = (projection.size.x + u32(SIDE) - 1u) >> FINE_SHIFT;
+    let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
+        | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
+    return marks != 0u;
+}
+
 // Of eight columns or rows. An array with a variable index would be in memory.
 struct Places {
     first: vec4<f32>,

@@ -10,6 +10,7 @@ struct Warped {
 }
 
 const IS_WARPED: bool = false;
+const is_rectilinear: bool = true;
 
 fn load_warp() -> Warp {
     return Warp(0u);

@@ -346,17 +346,13 @@ impl<'a> View<'a> {
         map: Drawn,
         lookup: Comparison,
     ) -> Result<Option<PooledBuffer>> {
-        let Some(shift) = map.tile_shift() else {
-            return Ok(None);
-        };
         let is_small = map.projection.texel_count() < seen.camera.pixel_count();
         // A disc may be of any size.
         if self.draws_whole_maps || is_small || lookup.filter.is_some() || !skips() {
             return Ok(None);
         }
         let (frame, reach) = (&mut self.frame, lookup.reach);
-        receiver_tiles::receiver_tiles(frame, seen, map.projection, map.warp, reach, shift)
-            .map(Some)
+        receiver_tiles::receiver_tiles(frame, seen, map.projection, map.warp, reach).map(Some)
     }
 
     /// The visibility image by testing casters against receivers that are listed in the texels of each

@@ -48,8 +48,8 @@ pub struct Rasterized {
     pub counters: Read<Counters>,
 }
 
-/// As `FINE_SHIFT` in `shaders/lib/tiles.wgsl`.
-const TILE_SHIFT: u32 = 3;
+/// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/tiles.wgsl`.
+pub const TILE_SHIFT: u32 = 3;
 
 /// A map to draw.
 #[derive(Clone, Copy)]
@@ -58,23 +58,8 @@ pub struct Drawn<'a> {
     pub warp: Option<&'a WarpMap>,
     pub target: Target,
     pub rasterization: Rasterization,
-    /// From `receiver_tiles`, of `tile_shift`: what the other tiles hold is undefined.
+    /// From `receiver_tiles`, of `TILE_SHIFT`: what the other tiles hold is undefined.
     pub receiver_tiles: Option<&'a wgpu::Buffer>,
-}
-
-impl Drawn<'_> {
-    /// Binary logarithm of the side of the tiles that `shaders/rasterize.wgsl` cuts large triangles into;
-    /// `None` where another shader draws.
-    pub fn tile_shift(&self) -> Option<u32> {
-        // Pieces are in the map, beyond projection and warp.
-        let warp = self
-            .warp
-            .filter(|_| self.rasterization == Rasterization::Exact);
-        // Of a warp of many functions a tile's bound says little.
-        let has_bands = warp.is_some_and(|warp| warp.layout.functions[0] > 1)
-            && self.projection.has_straight_edges();
-        (!has_bands).then_some(TILE_SHIFT)
-    }
 }
 
 /// Records the pass under the label.
@@ -114,6 +99,8 @@ pub fn rasterize(
     // Pieces are in the map, beyond projection and warp.
     let warp = warp.filter(|_| pieces.is_none());
     let bands = warp.map_or(1, |warp| warp.layout.functions[0]);
+    // Of a warp of many functions a tile's bound says little.
+    let has_bands = bands > 1 && projection.has_straight_edges();
     let shader = Shader {
         projection: match pieces {
             None => projection.shader(),
@@ -128,25 +115,24 @@ pub fn rasterize(
             Target::Depth => "target/depth",
             Target::DepthTriangle => "target/depth_triangle",
         },
-        ..Shader::new(match drawn.tile_shift() {
-            Some(_) => "rasterize",
-            None => "rasterize_bands",
+        ..Shader::new(if has_bands {
+            "rasterize_bands"
+        } else {
+            "rasterize"
         })
     };
     let gpu = frame.gpu.clone();
-    let mut constants = vec![("culls_by_depth", f64::from(u8::from(skips())))];
+    let has_tiles = f64::from(u8::from(receiver_tiles.is_some()));
+    let mut constants = vec![
+        ("culls_by_depth", f64::from(u8::from(skips()))),
+        ("has_receiver_tiles", has_tiles),
+    ];
     constants.extend(warp_map::constants(warp));
     let mut per_invocation = gpu.work_per_invocation(1, 64);
     let longest_side = projection.width.max(projection.height);
     let unused = frame.storage("unused tiles", 4)?;
-    let mut tiles = Vec::new();
-    if drawn.tile_shift().is_some() {
-        constants.push((
-            "has_receiver_tiles",
-            f64::from(u8::from(receiver_tiles.is_some())),
-        ));
-        tiles.push((9, buffer(receiver_tiles.unwrap_or(&unused))));
-    } else {
+    let tiles = (9, buffer(receiver_tiles.unwrap_or(&unused)));
+    if has_bands {
         // As `bits_of_tiles` in the shader.
         let tile_bits = |side: u32| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros();
         let bits = tile_bits(projection.width) + tile_bits(projection.height);
@@ -191,8 +177,8 @@ pub fn rasterize(
     split.extend(bin.iter().cloned());
     let mut walk = split.clone();
     walk.push((5, buffer(&texels)));
-    bin.extend(tiles.iter().cloned());
-    split.extend(tiles);
+    bin.push(tiles.clone());
+    split.push(tiles);
     let stages = Stages {
         shader,
         constants: &constants,

@@ -1,6 +1,7 @@
 //! Pass "receiver tiles": the tiles of a shadow map that receivers look at.
 
 use super::Receivers;
+use super::rasterize::TILE_SHIFT;
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, buffer};
@@ -25,21 +26,20 @@ struct TilesUniform {
 }
 
 /// Records the pass; 1 for each tile, in rows, that a receiver may ask for, whose lookup takes `reach` texels
-/// on each side of its own. Tiles have 2^`shift` texels along each side, more than that.
+/// on each side of its own, less than a tile.
 pub fn receiver_tiles(
     frame: &mut Frame,
     seen: Receivers,
     projection: &Projection,
     warp: Option<&WarpMap>,
     reach: u8,
-    shift: u32,
 ) -> Result<PooledBuffer> {
-    let columns = projection.width.div_ceil(1 << shift);
-    let rows = projection.height.div_ceil(1 << shift);
+    let columns = projection.width.div_ceil(1 << TILE_SHIFT);
+    let rows = projection.height.div_ceil(1 << TILE_SHIFT);
     let tiles = frame.storage(LABEL, 4 * u64::from(columns) * u64::from(rows))?;
     frame.clear(&tiles);
     let uniform = TilesUniform {
-        shift,
+        shift: TILE_SHIFT,
         columns,
         reach: f32::from(reach) + SLACK,
         padding: 0,
