@@ -210,14 +210,28 @@ def test_info_names_the_device(capfd):
     assert "in use" in out
 
 
-def test_demo_writes_pictures(tmp_path, capfd):
-    assert cli.main(["demo", "--out", str(tmp_path), "--size", "96x64"]) == 0
+def test_demo_writes_pictures_and_a_table(tmp_path, capfd):
+    file = tmp_path / "demo.csv"
+    arguments = ["demo", "--out", str(tmp_path), "--size", "96x64"]
+    assert cli.main([*arguments, "-o", str(file)]) == 0
+    rows = pd.read_csv(file)
+    sun = lx.DirectionalLight((0, -1, 0))
+    in_the_sun = [name for name, method in lx.METHODS.items() if method().takes(sun)]
+    assert list(rows["method"][rows["light"] == "sun"]) == in_the_sun
+    assert set(rows["command"]) == {shlex.join(["lixel", *arguments, "-o", str(file)])}
+    assert rows[["device", "driver", "date"]].notna().all(axis=None)
     assert (tmp_path / "shadows.png").is_file()
     sun = {path.stem for path in (tmp_path / "sun").iterdir()}
     assert {"desired_view-1024", "notw-1024", "exact", "ray_traced"} <= sun
     lamp = {path.stem for path in (tmp_path / "lamp").iterdir()}
     assert {"cube-1024", "cube+rtw-1024", "dual_paraboloid-1024", "ray_traced"} <= lamp
     assert "misclassified" in capfd.readouterr().out
+
+
+def test_demo_refuses_another_ending_before_the_work(tmp_path, capfd):
+    assert cli.main(["demo", "--out", str(tmp_path), "-o", "demo.parquet"]) != 0
+    assert "output must end in .csv, got 'demo.parquet'" in capfd.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 # OpenGL's wrapper complains of what it does at exit.

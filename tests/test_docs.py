@@ -45,6 +45,21 @@ def test_results_name_device_date_and_command(path):
     assert set(table["method"]) <= set(lx.METHODS)
 
 
+def test_the_table_of_methods_is_what_the_demo_measured():
+    table = pd.read_csv(DOCS / "results" / "demo" / "llvmpipe.csv")
+    assert table[["device", "driver", "date", "command"]].notna().all(axis=None)
+    measured = [
+        f"| {row['GPU ms']:,.0f} | {row['misclassified']:,} | {row['% of covered']:.2f} | "
+        f"{row['false shadow']:,} |"
+        for row in table.to_dict("records")
+    ]
+    readme = (DOCS.parent / "README.md").read_text()
+    shown = re.findall(
+        r"^\| `([^`]+)` \| [^|]+ (\| .* \| .* \| .* \| .* \|)$", readme, re.MULTILINE
+    )
+    assert shown == list(zip(table["method"], measured, strict=True))
+
+
 @pytest.mark.parametrize(
     "path", sorted((DOCS / "results" / "peers").glob("*.csv")), ids=lambda p: p.stem
 )

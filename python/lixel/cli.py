@@ -22,6 +22,7 @@ from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
 from .kept import provenance
+from .kept import write as write_rows
 from .light import Light
 from .load import FORMATS
 from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, method_from
@@ -135,6 +136,10 @@ def _parser() -> argparse.ArgumentParser:
 
     add = command("demo", _demo, "Render a built-in scene with every method, and judge each.")
     add.add_argument("--out", type=Path, default=Path("out"), metavar="FOLDER", help="default: out")
+    add.add_argument(
+        "-o", "--output", type=Path, metavar="FILE",
+        help="keep the tables in this .csv, with device, date and command",
+    )  # fmt: skip
     add.add_argument(
         "--size", type=image_size, default=SIZE, metavar="WxH", help="default: 1920x1080"
     )
@@ -280,7 +285,12 @@ def _info(_: argparse.Namespace) -> None:
 
 
 def _demo(options: argparse.Namespace) -> None:
-    demo.run(options.out, *options.size)
+    # Now, rather than after the work.
+    if options.output is not None and options.output.suffix.lower() != ".csv":
+        raise ValueError(f"output must end in .csv, got {str(options.output)!r}")
+    rows = demo.run(options.out, *options.size)
+    if options.output is not None:
+        write_rows(options.output, options.line, rows)
 
 
 def _bench(options: argparse.Namespace) -> None:

@@ -32,7 +32,7 @@ def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        The rows of the tables, as from `judge`.
+        The rows of the tables, as from `judge`, and of each its light, ``"sun"`` or ``"lamp"``.
     """
     scene = scenes.colonnade()
     camera, sun = scene.cameras["default"].resized(width, height), scene.lights["default"]
@@ -41,16 +41,18 @@ def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
     in_the_sun = [method() for method in METHODS.values() if method().takes(sun)]
     around_a_lamp = [method_from(name) for name in AROUND_A_LAMP]
-    rows = judge(scene, camera, sun, in_the_sun, folder / "sun")
-    rows += judge(scene, camera, lamp, around_a_lamp, folder / "lamp")
+    of_sun = judge(scene, camera, sun, in_the_sun, folder / "sun")
+    of_lamp = judge(scene, camera, lamp, around_a_lamp, folder / "lamp")
     frame = render(scene, camera, sun, "exact")
     frame.save(folder / "shadows.png")
-    print("in the sun\n\n" + table(rows[: len(in_the_sun)]))
-    print("\nunder a lamp\n\n" + table(rows[len(in_the_sun) :]))
+    print("in the sun\n\n" + table(of_sun))
+    print("\nunder a lamp\n\n" + table(of_lamp))
     adapter = frame.adapter
     print(f"\non {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
     print(f"pictures in {folder}: shadows.png, and one for each row with its wrong pixels in red")
-    return rows
+    return [{"light": "sun", **row} for row in of_sun] + [
+        {"light": "lamp", **row} for row in of_lamp
+    ]
 
 
 def judge(
