@@ -79,7 +79,14 @@ fn columns_of_band(projection: Projection, warp: Warp, unwarped: Unwarped, band:
 }
 
 // First and last row that the triangle may cover in the columns of a band from `first` to `last`.
-fn rows_of_columns(projection: Projection, warp: Warp, unwarped: Unwarped, band: i32, first: i32, last: i32) -> vec2<i32> {
+fn rows_of_columns(
+    projection: Projection,
+    warp: Warp,
+    unwarped: Unwarped,
+    band: i32,
+    first: i32,
+    last: i32,
+) -> vec2<i32> {
     let size = vec2<f32>(projection.size);
     let from_x = place_of_column(warp, u32(band), first, projection.size) - projection.centre.x;
     let to_x = place_of_column(warp, u32(band), last, projection.size) - projection.centre.x;
@@ -165,7 +172,8 @@ fn split(
     let caster = caster_from_corners(projection, item.triangle, corners);
     let unwarped = unwarped_from_projected(projection, warp, caster.triangle, corners);
     let bits = bits_of_tiles(projection);
-    let block = vec2<i32>(vec2<u32>(item.part & 0xffffu, item.part >> 16u)) * vec2<i32>(BLOCK_OF_BANDS, BLOCK_OF_COLUMNS);
+    let place_of_block = vec2<i32>(vec2<u32>(item.part & 0xffffu, item.part >> 16u));
+    let block = place_of_block * vec2<i32>(BLOCK_OF_BANDS, BLOCK_OF_COLUMNS);
     let last_band = min(block.x + BLOCK_OF_BANDS - 1, unwarped.bands.y);
     for (var band = max(block.x, unwarped.bands.x); band <= last_band; band += 1) {
         var columns = columns_of_band(projection, warp, unwarped, band);

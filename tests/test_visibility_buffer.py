@@ -172,3 +172,12 @@ def test_an_eye_on_a_corner_sees_the_triangle_edge_on():
     scene = lx.Scene([(0, 0, 1), (0, 1, 0), (0.75, 0, 0)], [[0, 1, 2]])
     camera = lx.Camera.look_at((0, 1, 0), (1, 0, 0), yfov=1.0, width=40, height=30)
     assert_agrees(scene, camera)
+
+
+def test_no_gap_where_pixels_look_along_a_shared_edge():
+    """The middle column and row of an odd image meet edges, and a corner, exactly."""
+    around = [(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)]
+    scene = lx.Scene([(0, 0, 0), *around], [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1)])
+    camera = lx.Camera.look_at((0, 0, 3), (0, 0, 0), yfov=0.3, width=65, height=65)
+    frame = assert_agrees(scene, camera, most_ties=1.0)
+    assert (frame.triangle_id >= 0).all()

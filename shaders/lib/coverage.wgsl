@@ -112,7 +112,7 @@ fn lines_of_triangle(projection: Projection, triangle: Triangle) -> Lines {
     );
 }
 
-// Whether the ray of a texel meets the caster's area: the edges that two share give it to one of them.
+// Whether the ray of a texel meets the caster; through an edge that two share it meets both.
 fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
     let e = edges_at(caster.triangle, ray);
     return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0;
@@ -124,13 +124,5 @@ fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i3
     if z >= projection.z_min && z <= projection.z_max {
         let depth = (z - projection.depth_offset) * projection.depth_scale;
         store_texel(u32(texel.y) * projection.size.x + u32(texel.x), depth, id);
-    }
-}
-
-// Draws the texel if its ray, that of a centred place before any warp, meets the caster.
-fn store_if_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, place: vec2<f32>) {
-    let ray = ray_from_texel(projection, place);
-    if is_covered(caster, ray) {
-        store_covered(projection, caster, id, texel, ray);
     }
 }
