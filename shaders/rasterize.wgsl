@@ -9,23 +9,18 @@
 // Texels along each side of a block of tiles.
 const SIDE_OF_BLOCK: i32 = 32;
 
-// The part of an item is a tile, x and y in 16 bits each; WHOLE stands for the whole triangle.
-const WHOLE: u32 = 0xffffffffu;
-
+// The part of an item is a tile, x and y in 16 bits each.
 fn name_of_tile(tile: vec2<i32>) -> u32 {
     return u32(tile.x) | (u32(tile.y) << 16u);
 }
 
-fn bound_of_tile(bound: Bound, tile: u32, side: i32) -> Bound {
-    let corner = vec2<i32>(vec2<u32>(tile & 0xffffu, tile >> 16u)) * side;
-    return Bound(max(corner, bound.first), min(corner + side - 1, bound.last));
+fn tile_from_name(tile: u32) -> vec2<i32> {
+    return vec2<i32>(vec2<u32>(tile & 0xffffu, tile >> 16u));
 }
 
-fn bound_from_extent(projection: Projection, warp: Warp, extent: Extent) -> Bound {
-    if IS_WARPED {
-        return warped_bound_of_extent(projection, warp, extent);
-    }
-    return bound_of_extent(projection, extent);
+fn bound_of_tile(bound: Bound, tile: u32, side: i32) -> Bound {
+    let corner = tile_from_name(tile) * side;
+    return Bound(max(corner, bound.first), min(corner + side - 1, bound.last));
 }
 
 // Whether the triangle may cover a texel of the bound: no edge has all of it outside.
@@ -146,26 +141,6 @@ fn split(
     }
 }
 
-@compute @workgroup_size(GROUP)
-fn walk(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let job = job_uniform;
-    let projection = job.projection;
-    let warp = load_warp();
-    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
-    let end = min(start + GROUP * items_per_invocation, item_count());
-    let whole_map = Bound(vec2<i32>(0), vec2<i32>(projection.size) - 1);
-    for (var index = start; index < end; index += GROUP) {
-        let item = items[index];
-        let corners = corners_of_caster(projection, item.triangle);
-        let caster = caster_from_corners(projection, item.triangle, corners);
-        var bound = bound_of_tile(whole_map, item.part, SIDE);
-        if item.part == WHOLE {
-            bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));
-        }
-        draw_covered(projection, warp, caster, triangle_of_caster(item.triangle), bound, ALL_BANDS);
-    }
+fn part_of_item(job: Job, part: u32) -> Part {
+    return Part(tile_from_name(part), ALL_BANDS);
 }

@@ -10,8 +10,7 @@
 // each in one band.
 #import lib/tiles
 
-// The part of an item is its band and, in the lowest bits, its tile; WHOLE stands for the whole triangle.
-const WHOLE: u32 = 0xffffffffu;
+// The part of an item is its band and, in the lowest bits, its tile.
 // Of a coarse item, whose part is the block's place in 16 bits each.
 const BLOCK_OF_BANDS: i32 = 16;
 const BLOCK_OF_COLUMNS: i32 = 128;
@@ -102,11 +101,6 @@ fn rows_of_columns(
     return vec2<i32>(rows.x, select(-1, rows.y, rows.x <= rows.y));
 }
 
-// The tiles of an item in so many bits along each axis; what is left is the band.
-fn bits_of_tiles(projection: Projection) -> vec2<u32> {
-    return firstLeadingBit((projection.size - 1u) >> vec2<u32>(FINE_SHIFT) | vec2<u32>(1u)) + 1u;
-}
-
 @compute @workgroup_size(GROUP)
 fn bin(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -171,7 +165,7 @@ fn split(
     let corners = corners_of_caster(projection, item.triangle);
     let caster = caster_from_corners(projection, item.triangle, corners);
     let unwarped = unwarped_from_projected(projection, warp, caster.triangle, corners);
-    let bits = bits_of_tiles(projection);
+    let bits = job.tile_bits;
     let place_of_block = vec2<i32>(vec2<u32>(item.part & 0xffffu, item.part >> 16u));
     let block = place_of_block * vec2<i32>(BLOCK_OF_BANDS, BLOCK_OF_COLUMNS);
     let last_band = min(block.x + BLOCK_OF_BANDS - 1, unwarped.bands.y);
@@ -193,30 +187,8 @@ fn split(
     }
 }
 
-@compute @workgroup_size(GROUP)
-fn walk(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let job = job_uniform;
-    let projection = job.projection;
-    let warp = load_warp();
-    let bits = bits_of_tiles(projection);
-    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
-    let end = min(start + GROUP * items_per_invocation, item_count());
-    for (var index = start; index < end; index += GROUP) {
-        let item = items[index];
-        let corners = corners_of_caster(projection, item.triangle);
-        let caster = caster_from_corners(projection, item.triangle, corners);
-        let tile = vec2<u32>(item.part & ((1u << bits.x) - 1u), (item.part >> bits.x) & ((1u << bits.y) - 1u));
-        let corner = vec2<i32>(tile) * SIDE;
-        var bound = Bound(corner, min(corner + SIDE, vec2<i32>(projection.size)) - 1);
-        var band = item.part >> (bits.x + bits.y);
-        if item.part == WHOLE {
-            bound = warped_bound_of_extent(projection, warp, extent_in_map(projection, corners));
-            band = ALL_BANDS;
-        }
-        draw_covered(projection, warp, caster, item.triangle, bound, band);
-    }
+fn part_of_item(job: Job, part: u32) -> Part {
+    let bits = job.tile_bits;
+    let tile = vec2<u32>(part & ((1u << bits.x) - 1u), (part >> bits.x) & ((1u << bits.y) - 1u));
+    return Part(vec2<i32>(tile), part >> (bits.x + bits.y));
 }

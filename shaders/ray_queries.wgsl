@@ -8,22 +8,6 @@ enable wgpu_ray_query;
 
 @group(0) @binding(4) var boxes: acceleration_structure;
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
-    let receivers = receivers_uniform;
-    let column = invocation.x;
-    let row = invocation.y;
-    if column >= receivers.width || row >= receivers.height {
-        return;
-    }
-    let receiver = load_receiver(receivers, column, row);
-    var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
-    if receiver.faces_light {
-        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, receiver, receivers.is_local > 0.0));
-    }
-    visibility[row * receivers.width + column] = lit;
-}
-
 fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
     let ray = ray_of_receiver(rays, receiver, is_local);
     var query: ray_query;

@@ -30,24 +30,26 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let sides = select(2u, 1u, is_rectilinear);
     // Neighbours mostly look at the same tiles.
     var known = vec4<u32>(0xffffffffu);
-    for (var i = 0u; i < rows_per_invocation * sides; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i / sides;
-        let aside = select(0.0, f32(i % 2u) - 0.5, sides == 2u) * WIDTH_OF_BORDER;
+    for (var i = 0u; i < rows_per_invocation; i += 1u) {
+        let row = invocation.y * rows_per_invocation + i;
         if invocation.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, invocation.x, row);
             let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
-            let place = warped_from_linear(warp, texel / size + aside).uv * size;
-            let first = vec2<u32>(clamp(place - tiles.reach, vec2<f32>(0.0), size - 1.0));
-            let last = vec2<u32>(clamp(place + tiles.reach, vec2<f32>(0.0), size - 1.0));
-            let corners = vec4<u32>(first, last) >> vec4<u32>(tiles.shift);
-            var is_new = receiver.faces_light && any(corners != known);
-            while is_new {
-                known = corners;
-                is_new = false;
-                atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.x], 1u);
-                atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.z], 1u);
-                atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.x], 1u);
-                atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.z], 1u);
+            for (var side = 0u; side < sides; side += 1u) {
+                let aside = select(0.0, f32(side) - 0.5, sides == 2u) * WIDTH_OF_BORDER;
+                let place = warped_from_linear(warp, texel / size + aside).uv * size;
+                let first = vec2<u32>(clamp(place - tiles.reach, vec2<f32>(0.0), size - 1.0));
+                let last = vec2<u32>(clamp(place + tiles.reach, vec2<f32>(0.0), size - 1.0));
+                let corners = vec4<u32>(first, last) >> vec4<u32>(tiles.shift);
+                var is_new = receiver.faces_light && any(corners != known);
+                while is_new {
+                    known = corners;
+                    is_new = false;
+                    atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.x], 1u);
+                    atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.z], 1u);
+                    atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.x], 1u);
+                    atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.z], 1u);
+                }
             }
         }
     }

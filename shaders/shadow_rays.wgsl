@@ -10,22 +10,6 @@
 // corner, leaf). A leaf is the index of its first triangle times 16 plus their number; 0 is no leaf.
 @group(0) @binding(4) var nodes: texture_2d<u32>;
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
-    let receivers = receivers_uniform;
-    let column = invocation.x;
-    let row = invocation.y;
-    if column >= receivers.width || row >= receivers.height {
-        return;
-    }
-    let receiver = load_receiver(receivers, column, row);
-    var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
-    if receiver.faces_light {
-        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, receiver, receivers.is_local > 0.0));
-    }
-    visibility[row * receivers.width + column] = lit;
-}
-
 fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
     let ray = ray_of_receiver(rays, receiver, is_local);
     let inverse = 1.0 / ray.direction;

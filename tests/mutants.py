@@ -104,19 +104,19 @@ MUTANTS = (
     ),
     Mutant(
         "warp inverse", "takes the row from the warped map", GRID,
-        "let row = function_at(y, warp.functions.x);\n    return vec2<f32>(warp_table",
-        "let row = function_at((f32(place.y) + 0.5) / f32(size.y), warp.functions.x);\n"
-        "    return vec2<f32>(warp_table", WARPS,
+        "linear_from_column(warp, function_at(y, warp.functions.x), texel.x, size)",
+        "linear_from_column(warp, function_at((f32(texel.y) + 0.5) / f32(size.y), "
+        "warp.functions.x), texel.x, size)", WARPS,
     ),
     Mutant(
         "warp inverse", "takes the column beside", GRID,
-        "let column = function_at((f32(place.x) + 0.5) / f32(size.x), warp.functions.y);",
-        "let column = function_at((f32(place.x) + 1.5) / f32(size.x), warp.functions.y);", WARPS,
+        "return function_at((f32(column) + 0.5) / f32(size.x), warp.functions.y);",
+        "return function_at((f32(column) + 1.5) / f32(size.x), warp.functions.y);", WARPS,
     ),
     Mutant(
         "warp inverse", "the bound of texels is that of the first", GRID,
-        "y.y = max(y.y, warp_table[start + to_texel.y]);",
-        "y.y = max(y.y, warp_table[start + from_texel.y]);", WARPS,
+        "y.y = max(y.y, linear_from_row(warp, i, last.y, size));",
+        "y.y = max(y.y, linear_from_row(warp, i, first.y, size));", WARPS,
     ),
     Mutant(
         "warp inverse", "neighbours begin a texel late", GRID,

@@ -9,6 +9,7 @@ struct Job {
     projection: Projection,
     triangle_count: u32,
     coarse_shift: u32,                  // binary logarithm of the side of a coarse tile
+    tile_bits: vec2<u32>,               // that a tile's column and row take in an item of a band
 }
 
 // Load it once, before any loop, and pass it on: a software driver reads a uniform anew at each use.

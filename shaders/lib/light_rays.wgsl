@@ -91,3 +91,20 @@ fn meets(rays: LightRays, ray: ReceiverRay, index: u32) -> bool {
         vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal)),
     );
 }
+
+// `is_in_shadow` is the search of the shader that imports this.
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let receivers = receivers_uniform;
+    let column = invocation.x;
+    let row = invocation.y;
+    if column >= receivers.width || row >= receivers.height {
+        return;
+    }
+    let receiver = load_receiver(receivers, column, row);
+    var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
+    if receiver.faces_light {
+        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, receiver, receivers.is_local > 0.0));
+    }
+    visibility[row * receivers.width + column] = lit;
+}

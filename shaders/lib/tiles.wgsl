@@ -128,3 +128,46 @@ fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bou
         column += countOneBits(within);
     }
 }
+
+// Stands for the whole triangle in the place of an item's part.
+const WHOLE: u32 = 0xffffffffu;
+
+// What another part means: `part_of_item` of the shader that imports this says it.
+struct Part {
+    tile: vec2<i32>,
+    band: u32,
+}
+
+fn bound_from_extent(projection: Projection, warp: Warp, extent: Extent) -> Bound {
+    if IS_WARPED {
+        return warped_bound_of_extent(projection, warp, extent);
+    }
+    return bound_of_extent(projection, extent);
+}
+
+@compute @workgroup_size(GROUP)
+fn walk(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let job = job_uniform;
+    let projection = job.projection;
+    let warp = load_warp();
+    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    let end = min(start + GROUP * items_per_invocation, item_count());
+    for (var index = start; index < end; index += GROUP) {
+        let item = items[index];
+        let corners = corners_of_caster(projection, item.triangle);
+        let caster = caster_from_corners(projection, item.triangle, corners);
+        let part = part_of_item(job, item.part);
+        let first = part.tile * SIDE;
+        var bound = Bound(first, min(first + SIDE, vec2<i32>(projection.size)) - 1);
+        var band = part.band;
+        if item.part == WHOLE {
+            bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));
+            band = ALL_BANDS;
+        }
+        draw_covered(projection, warp, caster, triangle_of_caster(item.triangle), bound, band);
+    }
+}

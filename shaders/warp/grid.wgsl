@@ -72,13 +72,40 @@ fn width_of_function(warp: Warp) -> f32 {
     return select(0.0, 1.0 / f32(most), most > 1u);
 }
 
+// The function along y of a column of texels, and the band, the function along x, of a row of them.
+fn function_of_column(warp: Warp, column: i32, size: vec2<u32>) -> u32 {
+    return function_at((f32(column) + 0.5) / f32(size.x), warp.functions.y);
+}
+
+fn band_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> u32 {
+    if is_rectilinear {
+        return 0u;
+    }
+    return function_at(linear_from_row(warp, function, row, size), warp.functions.x);
+}
+
+// Linear map coordinates, in [0, 1], of the centres of a column's texels in a band and of a row's.
+fn linear_from_column(warp: Warp, band: u32, column: i32, size: vec2<u32>) -> f32 {
+    return warp_table[warp.inverse.x + band * size.x + u32(column)];
+}
+
+fn linear_from_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> f32 {
+    return warp_table[warp.inverse.y + function * size.y + u32(row)];
+}
+
+// The same in texels.
+fn place_of_column(warp: Warp, band: u32, column: i32, size: vec2<u32>) -> f32 {
+    return linear_from_column(warp, band, column, size) * f32(size.x);
+}
+
+fn place_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> f32 {
+    return linear_from_row(warp, function, row, size) * f32(size.y);
+}
+
 // Linear map coordinates, in [0, 1], of a texel's centre.
 fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32> {
-    let place = vec2<u32>(texel);
-    let column = function_at((f32(place.x) + 0.5) / f32(size.x), warp.functions.y);
-    let y = warp_table[warp.inverse.y + column * size.y + place.y];
-    let row = function_at(y, warp.functions.x);
-    return vec2<f32>(warp_table[warp.inverse.x + row * size.x + place.x], y);
+    let y = linear_from_row(warp, function_of_column(warp, texel.x, size), texel.y, size);
+    return vec2<f32>(linear_from_column(warp, function_at(y, warp.functions.x), texel.x, size), y);
 }
 
 // Texels around one, `reach` on each side: a rectilinear warp leaves their columns and rows straight, and each
@@ -92,9 +119,9 @@ fn neighbours_of_texel(warp: Warp, middle: vec2<i32>, reach: i32, size: vec2<u32
     var neighbours: Neighbours;
     if is_rectilinear {
         for (var i = 0; i <= 2 * reach; i += 1) {
-            let texel = vec2<u32>(clamp(middle + i - reach, vec2<i32>(0), vec2<i32>(size) - 1));
-            neighbours.columns[i] = warp_table[warp.inverse.x + texel.x];
-            neighbours.rows[i] = warp_table[warp.inverse.y + texel.y];
+            let texel = clamp(middle + i - reach, vec2<i32>(0), vec2<i32>(size) - 1);
+            neighbours.columns[i] = linear_from_column(warp, 0u, texel.x, size);
+            neighbours.rows[i] = linear_from_row(warp, 0u, texel.y, size);
         }
     }
     return neighbours;
@@ -156,43 +183,17 @@ fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {
 // A bound of the linear map coordinates of the texels from `first` to `last`: least x and y, greatest
 // x and y of their centres.
 fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) -> vec4<f32> {
-    let from_texel = vec2<u32>(first);
-    let to_texel = vec2<u32>(last);
-    let width = f32(size.x);
     var y = vec2<f32>(1.0, 0.0);
-    let last_column = function_at((f32(last.x) + 0.5) / width, warp.functions.y);
-    for (var i = function_at((f32(first.x) + 0.5) / width, warp.functions.y); i <= last_column; i += 1u) {
-        let start = warp.inverse.y + i * size.y;
-        y.x = min(y.x, warp_table[start + from_texel.y]);
-        y.y = max(y.y, warp_table[start + to_texel.y]);
+    let last_column = function_of_column(warp, last.x, size);
+    for (var i = function_of_column(warp, first.x, size); i <= last_column; i += 1u) {
+        y.x = min(y.x, linear_from_row(warp, i, first.y, size));
+        y.y = max(y.y, linear_from_row(warp, i, last.y, size));
     }
     var x = vec2<f32>(1.0, 0.0);
     let last_row = function_at(y.y, warp.functions.x);
     for (var i = function_at(y.x, warp.functions.x); i <= last_row; i += 1u) {
-        let start = warp.inverse.x + i * size.x;
-        x.x = min(x.x, warp_table[start + from_texel.x]);
-        x.y = max(x.y, warp_table[start + to_texel.x]);
+        x.x = min(x.x, linear_from_column(warp, i, first.x, size));
+        x.y = max(x.y, linear_from_column(warp, i, last.x, size));
     }
     return vec4<f32>(x.x, y.x, x.y, y.y);
-}
-
-// The function along y of a column of texels, and the band, the function along x, of a row of them.
-fn function_of_column(warp: Warp, column: i32, size: vec2<u32>) -> u32 {
-    return function_at((f32(column) + 0.5) / f32(size.x), warp.functions.y);
-}
-
-fn band_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> u32 {
-    if is_rectilinear {
-        return 0u;
-    }
-    return function_at(warp_table[warp.inverse.y + function * size.y + u32(row)], warp.functions.x);
-}
-
-// Of the texels of a column in a band and of a row, in the map before the warp.
-fn place_of_column(warp: Warp, band: u32, column: i32, size: vec2<u32>) -> f32 {
-    return warp_table[warp.inverse.x + band * size.x + u32(column)] * f32(size.x);
-}
-
-fn place_of_row(warp: Warp, function: u32, row: i32, size: vec2<u32>) -> f32 {
-    return warp_table[warp.inverse.y + function * size.y + u32(row)] * f32(size.y);
 }

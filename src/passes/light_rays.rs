@@ -2,7 +2,8 @@
 //! `shaders/lib/light_rays.wgsl`.
 
 use super::{Describe, Facts, PendingFacts, Receivers};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::double_single;
@@ -44,11 +45,20 @@ struct LightRaysUniform {
     node_count: u32,
 }
 
-/// The shader's `Counters` by name, and whether every ray was walked to its end.
-pub fn counted(counters: &[u32]) -> (Facts, bool) {
+/// The shader's `Counters` by name. Fails, with words for what was too much, where a ray was not walked
+/// to its end.
+pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
     let [longest_walk, rays] = [counters[0], counters[1]];
-    let facts = vec![("rays", rays.into()), ("longest_walk", longest_walk.into())];
-    (facts, longest_walk < MOST_STEPS)
+    if longest_walk >= MOST_STEPS {
+        return Err(Error::Device(format!(
+            "{too_much} on the device {}; take another method",
+            gpu.adapter.name
+        )));
+    }
+    Ok(vec![
+        ("rays", rays.into()),
+        ("longest_walk", longest_walk.into()),
+    ])
 }
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.

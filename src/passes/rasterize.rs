@@ -39,7 +39,7 @@ struct JobUniform {
     projection: ProjectionUniform,
     triangle_count: u32,
     coarse_shift: u32,
-    padding: [u32; 2],
+    tile_bits: [u32; 2],
 }
 
 /// A map with its texels and, after the next submission, its counters.
@@ -132,11 +132,10 @@ pub fn rasterize(
     let longest_side = projection.width.max(projection.height);
     let unused = frame.storage("unused tiles", 4)?;
     let tiles = (9, buffer(receiver_tiles.unwrap_or(&unused)));
+    let tile_bits = [projection.width, projection.height]
+        .map(|side| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros());
     if has_bands {
-        // As `bits_of_tiles` in the shader.
-        let tile_bits = |side: u32| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros();
-        let bits = tile_bits(projection.width) + tile_bits(projection.height);
-        let most = (1u64 << (u32::BITS - bits)) - 1;
+        let most = (1u64 << (u32::BITS - tile_bits[0] - tile_bits[1])) - 1;
         ensure_value!(
             u64::from(bands) <= most,
             "function_count must be at most {most} with a map of {longest_side} texels, got {bands}"
@@ -152,7 +151,7 @@ pub fn rasterize(
         projection: projection.uniform(scene.origin),
         triangle_count: scene.triangle_count,
         coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
-        padding: [0; 2],
+        tile_bits,
     };
     let job = frame.uniform("job", &job);
     let mut bin = vec![(0, buffer(&job))];

@@ -2,7 +2,7 @@
 
 use super::light_rays::{MOST_STEPS, Search, counted, light_rays};
 use super::{Facts, PendingFacts, Receivers};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::gpu::acceleration::AccelerationStructure;
 use crate::gpu::frame::Frame;
@@ -13,17 +13,12 @@ pub const LABEL: &str = "ray queries";
 
 const SHADER: Shader = Shader::new("ray_queries");
 
-/// Fails where a ray was not walked to its end.
 fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    let (facts, are_whole) = counted(counters);
-    if !are_whole {
-        return Err(Error::Device(format!(
-            "a ray query meets the boxes of {MOST_STEPS} triangles or more, more than one invocation may \
-             test on the device {}; take another method",
-            gpu.adapter.name
-        )));
-    }
-    Ok(facts)
+    let too_much = format!(
+        "a ray query meets the boxes of {MOST_STEPS} triangles or more, more than one invocation may \
+         test"
+    );
+    counted(gpu, counters, &too_much)
 }
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.

@@ -4,7 +4,7 @@
 use super::light_rays::{MOST_STEPS, Search, counted, light_rays};
 use super::{Facts, PendingFacts, Receivers};
 use crate::bvh::WALK_MARGIN;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::gpu::frame::{Frame, table};
 use crate::gpu::pool::PooledBuffer;
@@ -15,17 +15,12 @@ pub const LABEL: &str = "shadow rays";
 
 const SHADER: Shader = Shader::new("shadow_rays");
 
-/// Fails where a ray was not walked to its end.
 fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    let (facts, are_whole) = counted(counters);
-    if !are_whole {
-        return Err(Error::Device(format!(
-            "a shadow ray meets {MOST_STEPS} boxes and triangles or more, more than one invocation may \
-             walk on the device {}; take another method",
-            gpu.adapter.name
-        )));
-    }
-    Ok(facts)
+    let too_much = format!(
+        "a shadow ray meets {MOST_STEPS} boxes and triangles or more, more than one invocation may \
+         walk"
+    );
+    counted(gpu, counters, &too_much)
 }
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
