@@ -35,6 +35,13 @@ WARPS = (
 TEXELS = ("pytest", "tests/test_shadow_maps.py", "-k", "texel_holds")
 PIXELS = ("pytest", "tests/test_visibility_buffer.py")
 TRIANGLES = ("pytest", "tests/test_lookups.py")
+LOOKUPS = (
+    "pytest",
+    "tests/test_lookups.py",
+    "tests/test_methods.py",
+    "-k",
+    "auto or misclassified",
+)
 
 
 @dataclass(frozen=True)
@@ -61,8 +68,8 @@ PARAMETERS = "src/methods/parameters.rs"
 MUTANTS = (
     Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP,
-        "nearer += i32(depth_from_z(projection, plane - bias)",
-        "nearer += i32(depth_from_z(projection, plane + bias)", BIAS,
+        "if depth_from_z(projection, plane - bias) > stored",
+        "if depth_from_z(projection, plane + bias) > stored", BIAS,
     ),
     Mutant(
         "bias", "knows the slope along one axis", LOOKUP,
@@ -122,6 +129,23 @@ MUTANTS = (
         "warp inverse", "neighbours begin a texel late", GRID,
         "clamp(middle + i - reach, vec2<i32>(0)", "clamp(middle + i - reach + 1, vec2<i32>(0)",
         TRIANGLES,
+    ),
+    Mutant(
+        "auto lookup", "weighs the texels on the other side", LOOKUP,
+        "let beside = select(-1, 1, place.x > 0.0)", "let beside = select(1, -1, place.x > 0.0)",
+        LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "takes the receiver's own texel for four", LOOKUP,
+        "let aside = min(abs(place), vec2<f32>(0.5));", "let aside = vec2<f32>(0.0);", LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "asks as many texels where triangles are small", LOOKUP,
+        "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING", LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "asks few texels where triangles are large", LOOKUP,
+        "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING_OF_SMALL", LOOKUPS,
     ),
     Mutant(
         "texels of a tile", "the last column is left out", TILES,

@@ -21,7 +21,7 @@ from .light import LIGHTS, WITH_POSITION, Light, SpotLight
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Rasterization: TypeAlias = Literal["exact", "linear"]
-Lookup: TypeAlias = Literal["auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
+Lookup: TypeAlias = Literal["auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
 Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
 Fit: TypeAlias = Literal[
     "desired_view",
@@ -189,15 +189,17 @@ class ShadowMapMethod(ShadowMethod):
         functions of `NonOrthogonalWarp` part, which no splitting mends, an edge of a function's
         width may stay longer. None: not at all. More pieces than the device has room for are a
         `DeviceError`.
-    lookup : {"auto", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
+    lookup : {"auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
         How a receiver is compared with the map.
 
         - ``"depth"``: with the depth in its texel.
         - ``"triangle"``: the receiver's own light ray is tested against the triangles stored in the
           3 x 3 texels around it (or in one, or in 5 x 5). There is no false shadow; a caster that
           none of these texels saw is missed, as many are where triangles are smaller than texels.
-        - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if at least seven of the nine
-          depth tests there say so, which finds casters smaller than a texel.
+        - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if nine tenths of the depth
+          tests around say so, weighed bilinearly; six tenths where most of the texels hold a
+          nearer triangle and each another one. That finds casters smaller than a texel.
+          ``"auto_5x5"`` asks the triangles of 5 x 5, too.
         - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
     bias : {"auto", "constant", "slope", "receiver_plane"}
         How far a receiver may lie behind the depth of its texel and still be lit.

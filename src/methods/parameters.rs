@@ -359,6 +359,7 @@ const fn comparison(reach: u8, triangles: bool, depths: bool) -> Comparison {
 
 const LOOKUPS: &[(&str, Comparison)] = &[
     ("auto", comparison(1, true, true)),
+    ("auto_5x5", comparison(2, true, true)),
     ("depth", Comparison::DEPTH),
     ("triangle", comparison(1, true, false)),
     ("triangle_1x1", comparison(0, true, false)),
