@@ -40,7 +40,7 @@ LOOKUPS = (
     "tests/test_lookups.py",
     "tests/test_methods.py",
     "-k",
-    "auto or misclassified",
+    "auto or misclassified or noon",
 )
 
 
@@ -84,6 +84,10 @@ MUTANTS = (
         "bias", "does not grow with the texel's beam", LOOKUP,
         "receivers.beam_bias * beam_growth(projection, receiver.q)", "receivers.beam_bias * 0.0",
         BIAS,
+    ),
+    Mutant(
+        "bias", "does not grow with the way to the texel", LOOKUP,
+        "beam_bias * max(1.0, length(step))", "beam_bias", LOOKUPS,
     ),
     Mutant(
         "bias", "the receiver's plane is flat", LOOKUP,
@@ -132,16 +136,20 @@ MUTANTS = (
     ),
     Mutant(
         "auto lookup", "weighs the texels on the other side", LOOKUP,
-        "let beside = select(-1, 1, place.x > 0.0)", "let beside = select(1, -1, place.x > 0.0)",
+        "let beside = select(-1, 1, aside.x > 0.0)", "let beside = select(1, -1, aside.x > 0.0)",
         LOOKUPS,
     ),
     Mutant(
         "auto lookup", "takes the receiver's own texel for four", LOOKUP,
-        "let aside = min(abs(place), vec2<f32>(0.5));", "let aside = vec2<f32>(0.0);", LOOKUPS,
+        "let weights = min(abs(aside), vec2<f32>(0.5));", "let weights = vec2<f32>(0.0);", LOOKUPS,
     ),
     Mutant(
         "auto lookup", "asks as many texels where triangles are small", LOOKUP,
         "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING", LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "takes one texel's word for a thin caster", LOOKUP,
+        "ninths >= 4u", "ninths >= 0u", ("pytest", "tests/test_stress.py", "-k", "needles"),
     ),
     Mutant(
         "auto lookup", "asks few texels where triangles are large", LOOKUP,

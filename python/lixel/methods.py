@@ -197,8 +197,8 @@ class ShadowMapMethod(ShadowMethod):
           3 x 3 texels around it (or in one, or in 5 x 5). There is no false shadow; a caster that
           none of these texels saw is missed, as many are where triangles are smaller than texels.
         - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if nine tenths of the depth
-          tests around say so, weighed bilinearly; six tenths where most of the texels hold a
-          nearer triangle and each another one. That finds casters smaller than a texel.
+          tests around say so, weighed bilinearly, and four of the nine; six tenths where most
+          texels hold a nearer triangle and each another. That finds casters smaller than a texel.
           ``"auto_5x5"`` asks the triangles of 5 x 5, too.
         - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
     bias : {"auto", "constant", "slope", "receiver_plane"}
