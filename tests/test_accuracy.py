@@ -11,7 +11,7 @@ import pytest
 
 import lixel as lx
 from lixel import accuracy
-from lixel.random_views import random_camera, random_lights
+from lixel.random_views import is_in_view, random_camera, random_lights
 
 RESULTS = Path(__file__).parents[1] / "docs" / "results"
 
@@ -104,16 +104,27 @@ def test_random_lights_are_the_same_again_and_of_every_kind(view):
     assert [type(light) for light in first] == kinds * 4
     assert all(light.direction[1] < 0 for light in first[::3])
 
-    def is_in_view(point):
-        inverse = np.linalg.inv(camera.pose)
-        x, y, z = inverse[:3, :3] @ point + inverse[:3, 3]
-        column = camera.centre[0] - camera.focal[0] * x / z
-        row = camera.centre[1] + camera.focal[1] * y / z
-        return z < 0 and 0 <= column < camera.width and 0 <= row < camera.height
+    lamps = [(number, light) for number, light in enumerate(first) if number % 3]
+    assert [is_in_view(camera, lamp.position) for _, lamp in lamps] == [
+        number % 2 == 0 for number, _ in lamps
+    ]
 
-    for number, light in enumerate(first):
-        if number % 3 and number % 2 == 0:
-            assert is_in_view(light.position)
+
+def test_what_is_in_view_is_seen(view):
+    camera = view.camera
+    seen = lx.render(*view, "exact").position.reshape(-1, 3)
+    seen = seen[~np.isnan(seen).any(axis=1)]
+    assert all(is_in_view(camera, point) for point in seen[::97])
+    assert not any(is_in_view(camera, 2 * camera.eye - point) for point in seen[::97])
+    beside = camera.resized(camera.width // 2, camera.height)
+    assert 0.1 < np.mean([is_in_view(beside, point) for point in seen[::97]]) < 1
+
+
+def test_a_view_of_the_whole_scene_leaves_places_behind_the_eye(view):
+    scene = view.scene
+    camera = lx.Camera.look_at((0, 300, 0.1), (0, 0, 0), yfov=1.0, width=64, height=64)
+    lamps = random_lights(np.random.default_rng(0), scene, camera, 4, [lx.PointLight])
+    assert [is_in_view(camera, lamp.position) for lamp in lamps] == [True, False, True, False]
 
 
 def test_random_cameras_look_at_the_scene(view):

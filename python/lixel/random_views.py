@@ -25,8 +25,8 @@ def random_lights(
     """Directional, point and spot lights, or some of these, by turns; of those with a position
     every other one is in the camera's view.
 
-    Suns come from above the horizon. Lamps outside the view are anywhere in the scene's box, made
-    half as large again; spots point to a place in the box.
+    Suns come from above the horizon. Lamps outside the view are anywhere else in the scene's box,
+    made half as large again; spots point to a place in the box.
     """
     lights: list[Light] = []
     for number in range(count):
@@ -35,8 +35,8 @@ def random_lights(
             x, y, z = random.normal(size=3)
             lights.append(DirectionalLight((x, -abs(y) - 0.05, z)))
             continue
-        is_in_view = number % 2 == 0
-        position = _in_view(random, scene, camera) if is_in_view else _in_box(random, scene, 1.5)
+        place = _in_view if number % 2 == 0 else _out_of_view
+        position = place(random, scene, camera)
         if kind is PointLight:
             lights.append(PointLight(position))
         else:
@@ -62,6 +62,27 @@ def _in_box(random: np.random.Generator, scene: Scene, share: float) -> npt.NDAr
     """Anywhere in the scene's box, made larger or smaller around its middle."""
     low, high = scene.bounds
     return np.asarray((low + high) / 2 + random.uniform(-0.5, 0.5, 3) * share * (high - low))
+
+
+def is_in_view(camera: Camera, position: npt.NDArray[np.float64]) -> bool:
+    """Whether a position is inside the camera's pyramid, however far away."""
+    x, y, z = (position - camera.eye) @ camera.pose[:3, :3]
+    if z >= 0:
+        return False
+    column = camera.centre[0] - camera.focal[0] * x / z
+    row = camera.centre[1] + camera.focal[1] * y / z
+    return bool(0 <= column < camera.width and 0 <= row < camera.height)
+
+
+def _out_of_view(
+    random: np.random.Generator, scene: Scene, camera: Camera
+) -> npt.NDArray[np.float64]:
+    """Anywhere in the scene's box but in the camera's pyramid, which may hold nearly all of it."""
+    for _ in range(100):
+        position = _in_box(random, scene, 1.5)
+        if not is_in_view(camera, position):
+            return position
+    return np.asarray(2 * camera.eye - _in_view(random, scene, camera))
 
 
 def _in_view(random: np.random.Generator, scene: Scene, camera: Camera) -> npt.NDArray[np.float64]:
