@@ -583,6 +583,12 @@ class Limit:
 
 LIMITS: tuple[Limit, ...] = (
     Limit(
+        ("geometry, needles, lamp",),
+        ("scene_optimized",),
+        "A single pixel, eight tenths of a texel beside the shadow of a spike that is thinner than "
+        "a pixel: no pixel's middle is in that shadow, so the reference has no edge there.",
+    ),
+    Limit(
         ("geometry, needles, sun", "geometry, needles, lamp"),
         ("shadow_volumes",),
         "The hardware that draws the volumes snaps their corners to a fraction of a pixel.",
