@@ -48,6 +48,27 @@ def test_image_conventions():
     assert image_of(camera, (1, 0, -2))[0] > 32
 
 
+def test_project_puts_what_a_pixel_sees_into_its_middle():
+    scene = lx.scenes.plane_and_box()
+    camera = scene.cameras["default"].resized(64, 48)
+    camera = lx.Camera(camera.pose, focal=(50, 40), centre=(20, 30), **SIZE)
+    seen = lx.reference(scene, camera, scene.lights["default"])
+    row, column = np.nonzero(seen.covered)
+    places = camera.project(seen.position[seen.covered])
+    assert np.allclose(places[:, :2], np.stack([column, row], axis=1) + 0.5, atol=1e-9)
+    assert np.allclose(places[:, 2], seen.depth[seen.covered])
+
+
+def test_what_is_behind_the_camera_is_nowhere_in_the_image():
+    camera = lx.Camera(np.eye(4), yfov=1.0, **SIZE)
+    places = camera.project([(0.5, 0, 2), (0.5, 0, 0), (0, 0, -2)])
+    assert np.isnan(places[:2, :2]).all()
+    assert places[:, 2].tolist() == [-2, 0, 2]
+    assert places[2, :2].tolist() == [32, 24]
+    with pytest.raises(ValueError, match=r"points must have shape \(N, 3\), got \(3,\)"):
+        camera.project((0, 0, -2))
+
+
 def test_all_constructors_agree():
     pose = lx.Camera.look_at((1, 2, 3), (0, 0, 0), yfov=0.8, **SIZE).pose
     camera = lx.Camera(pose, yfov=0.8, **SIZE)

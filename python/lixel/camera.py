@@ -373,6 +373,32 @@ class Camera:
             ]
         )
 
+    def project(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Where points of the world appear in the image.
+
+        Parameters
+        ----------
+        points : (N, 3) float
+            In world space, such as ``frame.position[frame.covered]``.
+
+        Returns
+        -------
+        (N, 3) float64
+            Column and row in image coordinates, in pixels, whether inside of the image or not; and
+            depth along the view, in world units. Column and row are NaN where the depth is not
+            greater than 0. The near and the far plane play no part.
+
+        Raises
+        ------
+        TypeError, ValueError
+            The message names the argument, the rule and the value.
+        """
+        x, y, z = ((reals("points", points, "N", 3) - self.eye) @ self.pose[:3, :3]).T
+        depth = np.where(z < 0.0, -z, np.nan)
+        column = self.centre[0] + self.focal[0] * x / depth
+        row = self.centre[1] - self.focal[1] * y / depth
+        return np.stack([column, row, -z], axis=1)
+
     def _key(self) -> tuple[Any, ...]:
         pose = tuple(self.pose.ravel().tolist())
         return pose, self.focal, self.centre, self.width, self.height, self.znear, self.zfar

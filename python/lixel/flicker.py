@@ -206,13 +206,9 @@ def _match(old: Reference, new: Reference) -> tuple[npt.NDArray[np.int64], npt.N
     judged = [truth.covered & ~truth.tie & ~truth.triangle_tie for truth in (old, new)]
     here = np.flatnonzero(judged[1])
     camera = old.camera
-    points = new.position.reshape(-1, 3)[here] - camera.eye
-    right, up, back = camera.pose[:3, :3].T
-    depth = -points @ back
-    with np.errstate(divide="ignore", invalid="ignore"):
-        column = np.floor(camera.focal[0] * (points @ right) / depth + camera.centre[0])
-        row = np.floor(camera.focal[1] * -(points @ up) / depth + camera.centre[1])
-    inside = (depth > 0) & (column >= 0) & (column < camera.width)
+    places = camera.project(new.position.reshape(-1, 3)[here])
+    column, row = np.floor(places[:, :2].T)
+    inside = (column >= 0) & (column < camera.width)
     inside &= (row >= 0) & (row < camera.height)
     here = here[inside]
     there = (row[inside] * camera.width + column[inside]).astype(np.int64)

@@ -66,11 +66,7 @@ def _in_box(random: np.random.Generator, scene: Scene, share: float) -> npt.NDAr
 
 def is_in_view(camera: Camera, position: npt.NDArray[np.float64]) -> bool:
     """Whether a position is inside the camera's pyramid, however far away."""
-    x, y, z = (position - camera.eye) @ camera.pose[:3, :3]
-    if z >= 0:
-        return False
-    column = camera.centre[0] - camera.focal[0] * x / z
-    row = camera.centre[1] + camera.focal[1] * y / z
+    column, row, _ = camera.project(position[None])[0]
     return bool(0 <= column < camera.width and 0 <= row < camera.height)
 
 
