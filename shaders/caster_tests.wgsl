@@ -1,5 +1,6 @@
 // Casters against the receivers in the texels of the light's grid that they may touch: each receiver's
-// own light ray is tested, so the answer is exact wherever the texels lie.
+// own light ray is tested, so the answer is exact wherever the texels lie. Grid space tells, with room for
+// its rounding, which receivers a triangle may shadow; lib/receiver_ray decides.
 //
 // A triangle of few tiles that have receivers behind it is items at once, others are coarse tiles first.
 // The receivers of a row of texels stand side by side in the lists, so a row of a triangle's bound is one
@@ -7,10 +8,8 @@
 //
 // The part of an item is a tile, x and y in 8 bits each, and which of its receivers: no item has more than
 // PART, so that no invocation comes near the 65,535 iterations after which some drivers stop in silence.
-#import lib/triangles
-#import lib/normals
 #import lib/light_grid
-#import lib/shadow_ray
+#import lib/receiver_ray
 #import lib/work_items
 #import warp
 
@@ -21,10 +20,10 @@
 @group(0) @binding(15) var<storage, read_write> visibility: array<f32>;
 @group(0) @binding(16) var<storage, read_write> tests: atomic<u32>;
 
-// Receivers that a lane tests before it looks for its next row or item.
-override chunk: u32 = 4u;
+// Receivers that a lane tests before it looks for its next row or item; at most 32.
+override chunk: u32 = 8u;
 
-// With 64 items to an invocation at most 38,000 iterations, those of all nested loops together.
+// With 32 items to an invocation at most 31,000 iterations, those of all nested loops together.
 const PART: u32 = 256u;
 // Tiles along each side of a triangle that `bin` takes in itself.
 const FEW: i32 = 2;
@@ -42,6 +41,7 @@ struct Caster {
     pc: vec2<f32>,
     is_whole: bool,
     slack: vec2<f32>,
+    farthest: f32,              // corner from the eye, world units
 }
 
 // Whether the triangle may have a part inside the grid's pyramid that is nearer to the light than z_near.
@@ -58,7 +58,8 @@ fn load_caster(grid: LightGrid, warp: Warp, id: u32) -> Caster {
     let a = corners[0];
     let b = corners[1];
     let c = corners[2];
-    var caster = Caster(a, b, c, vec2<i32>(0), vec2<i32>(-1), vec2<f32>(), vec2<f32>(), vec2<f32>(), true, vec2<f32>());
+    var caster = Caster(a, b, c, vec2<i32>(0), vec2<i32>(-1), vec2<f32>(), vec2<f32>(), vec2<f32>(), true, vec2<f32>(), 0.0);
+    caster.farthest = max(max(absolute_sum(a), absolute_sum(b)), absolute_sum(c));
     caster.pa = linear_from_grid(grid, a);
     caster.pb = linear_from_grid(grid, b);
     caster.pc = linear_from_grid(grid, c);
@@ -203,7 +204,7 @@ fn bin(
 ) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
     var outside = 0u;
     var behind = 0u;
     for (var i = 0u; i < items_per_invocation; i += 1u) {
@@ -249,7 +250,7 @@ fn split(
 ) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let index = (group.y * groups.x + group.x) * GROUP + local;
+    let index = index_of_invocation(group, groups, GROUP, local);
     if index >= coarse_item_count() {
         return;
     }
@@ -303,6 +304,29 @@ fn span_of_row(grid: LightGrid, caster: Caster, row: i32, first: i32, last: i32)
     return vec2<i32>(vec2<f32>(floor(from_x), floor(to_x)));
 }
 
+// Rounding of a coordinate in grid space, per unit of distance from the eye: of three products, of their
+// sum, and of the axis.
+const GRID_ROUNDING: f32 = 1.0 / 4194304.0;
+
+// The ray of a receiver in grid space, and how far a corner relative to the receiver may be off there.
+struct GridRay {
+    ray: LightRay,
+    room: f32,
+}
+
+fn grid_ray(grid: LightGrid, caster: Caster, q: vec3<f32>) -> GridRay {
+    let room = GRID_ROUNDING * (caster.farthest + absolute_sum(q));
+    if is_local {
+        let to_light = grid.light - q;
+        let shear = to_light.xy / to_light.z;
+        // The ray itself turns by its ends' rounding.
+        let reach = max(max(abs(caster.a.z - q.z), abs(caster.b.z - q.z)), abs(caster.c.z - q.z)) / to_light.z;
+        let turned = (1.0 + reach) * (1.0 + abs(shear.x) + abs(shear.y));
+        return GridRay(LightRay(shear, to_light.z, 0.0), (room + GRID_ROUNDING * absolute_sum(grid.light)) * turned);
+    }
+    return GridRay(LightRay(vec2<f32>(0.0), 3.0e38, 0.0), room);
+}
+
 @compute @workgroup_size(GROUP)
 fn walk(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -311,7 +335,7 @@ fn walk(
 ) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
     let end = min(start + GROUP * items_per_invocation, item_count());
     var index = start;
     var caster: Caster;
@@ -354,10 +378,11 @@ fn walk(
             }
             row = select(row + 1, last.y + 1, left == 0u);
         }
+        // A bit for each receiver of the chunk that grid space leaves undecided.
+        var unsure = 0u;
         for (var i = 0u; i < chunk; i += 1u) {
-            if next < run_end {
-                let slot = next;
-                next += 1u;
+            let slot = next + i;
+            if slot < run_end {
                 tested += 1u;
                 let xy = floats_of(listed[2u * slot]);
                 let z_and_triangle = listed[2u * slot + 1u];
@@ -365,19 +390,36 @@ fn walk(
                 let a = caster.a - q;
                 let b = caster.b - q;
                 let c = caster.c - q;
-                var is_candidate = meet_edges(light_ray_in_grid(grid, q, 0.0).shear, a, b, c).is_near
-                    && max(max(a.z, b.z), c.z) > 0.0 && second_of(z_and_triangle) != id;
+                let in_grid = grid_ray(grid, caster, q);
+                let edges = meet_edges(in_grid.ray.shear, a, b, c, in_grid.room);
+                var is_candidate = edges.may_be_near && max(max(a.z, b.z), c.z) > -in_grid.room
+                    && second_of(z_and_triangle) != id;
                 while is_candidate {
                     is_candidate = false;
                     let detail = details[slot];
-                    let ray = light_ray_in_grid(grid, q, bitcast<f32>(first_of(detail)));
+                    var ray = in_grid.ray;
+                    ray.margin = bitcast<f32>(first_of(detail));
                     let normal = grid_from_offset(grid, normal_of_triangle(id));
-                    if is_met(ray, a, b, c, normal) {
+                    let met = meeting(ray, edges, a, b, c, normal, false, in_grid.room);
+                    if met.is_certain {
                         visibility[second_of(detail)] = 0.0;
+                    } else if met.is_possible {
+                        unsure |= 1u << i;
                     }
                 }
             }
         }
+        while unsure != 0u {
+            let pixel = second_of(details[next + firstTrailingBit(unsure)]);
+            unsure &= unsure - 1u;
+            let row = pixel / receivers_uniform.width;
+            let receiver = load_receiver(receivers_uniform, pixel - row * receivers_uniform.width, row);
+            let ray = ray_of_receiver(receiver, is_local);
+            if meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low) {
+                visibility[pixel] = 0.0;
+            }
+        }
+        next = min(next + chunk, run_end);
     }
     atomicAdd(&tests, tested);
 }

@@ -53,7 +53,7 @@ fn bin(
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
     let count = caster_count(job.triangle_count, counters.pieces);
     var outside = 0u;
     var behind = 0u;
@@ -102,7 +102,7 @@ fn split(
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let index = (group.y * groups.x + group.x) * GROUP + local;
+    let index = index_of_invocation(group, groups, GROUP, local);
     if index >= coarse_item_count() {
         return;
     }

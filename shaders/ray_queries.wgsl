@@ -8,15 +8,15 @@ enable wgpu_ray_query;
 
 @group(0) @binding(4) var boxes: acceleration_structure;
 
-fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
-    let ray = ray_of_receiver(rays, receiver, is_local);
+fn is_in_shadow(rays: LightRays, ray: ReceiverRay) -> bool {
+    let search = search_ray(rays, ray);
     var query: ray_query;
-    rayQueryInitialize(&query, boxes, RayDesc(0u, 0xffu, 0.0, ray.end, ray.start, ray.direction));
+    rayQueryInitialize(&query, boxes, RayDesc(0u, 0xffu, 0.0, search.end, search.start, search.direction));
     var steps = 0u;
     var is_hit = false;
     while rayQueryProceed(&query) {
         let candidate = rayQueryGetCandidateIntersection(&query);
-        is_hit = meets(rays, ray, candidate.primitive_index);
+        is_hit = meets_searched(rays, ray, candidate.primitive_index);
         steps += 1u;
         if is_hit || steps >= most_steps {
             break;

@@ -11,8 +11,7 @@
 // The order within a list changes from run to run. No answer depends on it.
 #import lib/receivers
 #import lib/light_grid
-#import lib/shadow_ray
-#import lib/triangles
+#import lib/receiver_ray
 #import warp
 
 @group(0) @binding(16) var<storage, read_write> visibility: array<f32>;
@@ -76,7 +75,7 @@ override settles: bool = true;
 
 // Whether the receiver is met by the triangle that the shadow map holds in its texel: then it is in
 // shadow for sure.
-fn is_settled(grid: LightGrid, receiver: Receiver, point: vec3<f32>, q: vec3<f32>, linear: vec2<f32>) -> bool {
+fn is_settled(grid: LightGrid, receiver: Receiver, linear: vec2<f32>) -> bool {
     let size = f32(grid.map_size);
     let texel = vec2<u32>(clamp(linear * size, vec2<f32>(0.0), vec2<f32>(size - 1.0)));
     let id = ~first_of(shadow_map[texel.y * grid.map_size + texel.x]);
@@ -85,18 +84,10 @@ fn is_settled(grid: LightGrid, receiver: Receiver, point: vec3<f32>, q: vec3<f32
     // A while loop that ends at once is skipped where an if is not.
     while is_candidate {
         is_candidate = false;
-        let margin = margin_of_receiver(receiver, point);
-        let ray = light_ray_in_grid(grid, q, margin);
-        let corners = corners_in_grid(grid, id);
-        let normal = grid_from_offset(grid, normal_of_triangle(id));
-        is_hit = is_met(ray, corners[0] - q, corners[1] - q, corners[2] - q, normal);
+        let ray = ray_of_receiver(receiver, is_local);
+        is_hit = meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
     }
     return is_hit;
-}
-
-fn margin_of_receiver(receiver: Receiver, point: vec3<f32>) -> f32 {
-    let cosine = abs(dot(receiver.normal, receiver.ray)) / length(receiver.ray);
-    return receiver_margin(length(point), cosine, extent_of_triangle(receiver.triangle));
 }
 
 @compute @workgroup_size(64)
@@ -111,10 +102,9 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
         if column < receivers.width && row < grid.row_count {
             let receiver = load_receiver(receivers, column, grid.first_row + row);
             var place = pair(NOWHERE, 0u);
-            let point = receiver.ray * receiver.depth;
-            let q = grid_from_offset(grid, point);
+            let q = grid_from_offset(grid, receiver.ray * receiver.depth);
             let linear = linear_from_grid(grid, q) / size;
-            let is_hit = settles && receiver.faces_light && is_settled(grid, receiver, point, q, linear);
+            let is_hit = settles && receiver.faces_light && is_settled(grid, receiver, linear);
             if receiver.faces_light && !is_hit {
                 let warped = warped_from_linear(warp, linear).uv * size;
                 let texel = vec2<u32>(clamp(warped, vec2<f32>(0.0), size - 1.0));
@@ -215,10 +205,9 @@ fn scatter(@builtin(global_invocation_id) invocation: vec3<u32>) {
                 let q = grid_from_offset(grid, point);
                 let margin = margin_of_receiver(receiver, point);
                 let slot = starts[texel] + second_of(known);
-                let pixel = (grid.first_row + row) * receivers.width + column;
                 listed[2u * slot] = pair(bitcast<u32>(q.x), bitcast<u32>(q.y));
                 listed[2u * slot + 1u] = pair(bitcast<u32>(q.z), receiver.triangle);
-                details[slot] = pair(bitcast<u32>(margin), pixel);
+                details[slot] = pair(bitcast<u32>(margin), (grid.first_row + row) * receivers.width + column);
             }
         }
     }

@@ -10,11 +10,11 @@
 // corner, leaf). A leaf is the index of its first triangle times 16 plus their number; 0 is no leaf.
 @group(0) @binding(4) var nodes: texture_2d<u32>;
 
-fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
-    let ray = ray_of_receiver(rays, receiver, is_local);
-    let inverse = 1.0 / ray.direction;
-    let from_least = ray.start + rays.box_margin;
-    let from_greatest = ray.start - rays.box_margin;
+fn is_in_shadow(rays: LightRays, ray: ReceiverRay) -> bool {
+    let search = search_ray(rays, ray);
+    let inverse = 1.0 / search.direction;
+    let from_least = search.start + rays.box_margin;
+    let from_greatest = search.start - rays.box_margin;
 
     var node = 0u;
     var steps = 0u;
@@ -30,7 +30,7 @@ fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
             let low = min(a, b);
             let high = max(a, b);
             let enter = max(max(low.x, low.y), max(low.z, 0.0));
-            let leave = min(min(high.x, high.y), min(high.z, ray.end));
+            let leave = min(min(high.x, high.y), min(high.z, search.end));
             let is_entered = enter <= leave;
             node = select(least.w, node + 1u, is_entered);
             leaf = select(0u, greatest.w, is_entered);
@@ -39,7 +39,7 @@ fn is_in_shadow(rays: LightRays, receiver: Receiver, is_local: bool) -> bool {
         var next = leaf >> 4u;
         let last = next + (leaf & 0xfu);
         while next < last && !is_hit {
-            is_hit = meets(rays, ray, next);
+            is_hit = meets_searched(rays, ray, next);
             next += 1u;
             steps += 1u;
         }

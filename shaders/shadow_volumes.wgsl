@@ -18,6 +18,7 @@
 // counts no pixel twice. Whether a side is beyond the point is asked of the plane through edge and
 // light, where it is decided in float32 relative to the eye, and of no depth buffer. A light cap needs no
 // such care: nothing visible is nearer than the point, so a triangle is at the point, or beyond it.
+#import lib/invocations
 #import lib/receivers
 #import lib/triangles
 
@@ -106,7 +107,7 @@ fn find_sides(
 ) {
     let volumes = shadow_volumes_uniform;
     let receivers = receivers_uniform;
-    let id = (group.y * groups.x + group.x) * GROUP + local;
+    let id = index_of_invocation(group, groups, GROUP, local);
     if id >= volumes.triangle_count {
         return;
     }
@@ -127,7 +128,7 @@ fn find_silhouettes(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let id = (group.y * groups.x + group.x) * GROUP + local;
+    let id = index_of_invocation(group, groups, GROUP, local);
     if id >= shadow_volumes_uniform.edge_count {
         return;
     }

@@ -12,6 +12,7 @@
 #import projection
 #import warp
 #import lib/edges
+#import lib/invocations
 #import lib/pieces
 
 struct Counters {
@@ -205,7 +206,7 @@ fn begin(
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let id = (group.y * groups.x + group.x) * GROUP + local;
+    let id = index_of_invocation(group, groups, GROUP, local);
     if id >= job.triangle_count {
         return;
     }
@@ -268,7 +269,7 @@ fn refine(
 ) {
     let job = job_uniform;
     let warp = load_warp();
-    let index = (group.y * groups.x + group.x) * GROUP + local;
+    let index = index_of_invocation(group, groups, GROUP, local);
     if index >= counters.current {
         return;
     }

@@ -12,6 +12,7 @@
 // No loop comes near the 65,535 iterations after which some drivers stop in silence: `MOST_CELLS` in
 // warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers;
 // a function without any importance is the identity.
+#import lib/invocations
 
 struct WarpAxis {
     functions: u32,
@@ -45,7 +46,7 @@ const POWER_UNIT: f32 = 256.0;
 @compute @workgroup_size(64)
 fn widen(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
          @builtin(local_invocation_index) local: u32) {
-    let index = (group.y * groups.x + group.x) * 64u + local;
+    let index = index_of_invocation(group, groups, 64u, local);
     if index < arrayLength(&smoothed) {
         smoothed[index] = u64(counts[index]);
     }

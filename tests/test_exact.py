@@ -64,6 +64,24 @@ def test_no_pixel_is_wrong_near_a_lamp(method, name):
             assert wrong(method, scene, camera, light) == 0, (label, light)
 
 
+@pytest.mark.parametrize("name", ["grass", "needles", "terrain"])
+def test_all_searches_decide_alike(name):
+    """The light's grid, which rounds for the whole scene, only says which casters may be met."""
+    scene = small(name)
+    light = lx.DirectionalLight((1.0, -0.02, 0.3))
+    for label, camera in cameras(scene):
+        view = scene, camera.resized(320, 180), light
+        by_rays = lx.render_shadows(*view, lx.RayTraced(traversal="compute"))
+        assert lx.render_shadows(*view, "exact").tobytes() == by_rays.tobytes(), label
+
+
+def test_what_falls_away_behind_an_edge_casts_no_shadow_over_it(method):
+    """Grazing light reaches a pixel of a needle; the next side's edge is 1e-7 away from its ray."""
+    scene = small("needles")
+    camera = dict(cameras(scene))["outside"].resized(640, 360)
+    assert wrong(method, scene, camera, lx.DirectionalLight((-0.3, -1.0, 0.9))) == 0
+
+
 @pytest.mark.parametrize("warp", ["rtw", "notw"])
 def test_no_warp_and_no_resolution_changes_a_pixel(warp):
     scene = small("city")

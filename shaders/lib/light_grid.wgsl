@@ -2,7 +2,6 @@
 //
 // Grid space: axes of unit length relative to the eye, the third one towards the light. A receiver and a
 // caster are put into grid space alike, and all that is decided there is decided with room for `rounding`.
-#import lib/shadow_ray
 #import lib/triangles
 
 struct LightGrid {
@@ -55,14 +54,6 @@ fn corners_in_grid(grid: LightGrid, id: u32) -> array<vec3<f32>, 3> {
         grid_from_offset(grid, offset_from_vertex(vertices.y, grid.eye_high, grid.eye_low)),
         grid_from_offset(grid, offset_from_vertex(vertices.z, grid.eye_high, grid.eye_low)),
     );
-}
-
-fn light_ray_in_grid(grid: LightGrid, q: vec3<f32>, margin: f32) -> LightRay {
-    if is_local {
-        let to_light = grid.light - q;
-        return LightRay(to_light.xy / to_light.z, to_light.z, margin);
-    }
-    return LightRay(vec2<f32>(0.0), 3.0e38, margin);
 }
 
 fn pair(low: u32, high: u32) -> u64 {

@@ -154,7 +154,7 @@ fn walk(
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let start = (group.y * groups.x + group.x) * GROUP * items_per_invocation + local;
+    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
     let end = min(start + GROUP * items_per_invocation, item_count());
     for (var index = start; index < end; index += GROUP) {
         let item = items[index];

@@ -6,6 +6,7 @@
 //   walk   items to the work itself.
 //
 // `prepare_split` and `prepare_walk` set the number of workgroups of the next in between.
+#import lib/invocations
 
 // Lengths of the lists; also counts what is beyond their capacity: the host then makes room and runs again.
 struct Counters {

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::gpu::frame::{Frame, Read, Source, buffer, table};
 use crate::gpu::shaders::Shader;
+use crate::projection::Projection;
 
 pub const LABEL: &str = "caster tests";
 
@@ -29,6 +30,8 @@ pub fn caster_tests(
     let scene = seen.scene;
     let tests = frame.storage("number of tests", 4)?;
     frame.clear(&tests);
+    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
+    let receivers = frame.uniform("receivers", &receivers);
 
     let shader = Shader {
         warp: warp_map::shader(warp),
@@ -59,11 +62,12 @@ pub fn caster_tests(
             (15, buffer(visibility)),
             (16, buffer(&tests)),
         ]);
+        walk.extend_from_slice(&seen.bindings(&receivers)[..2]);
         let stages = Stages {
             shader,
             constants: &constants,
             triangles: triangles.len() as u64,
-            per_invocation: frame.gpu.work_per_invocation(1, 64),
+            per_invocation: frame.gpu.work_per_invocation(1, 32),
             counters: work_items::counters(frame)?,
             prepare_bin: None,
             split: bin.clone(),
