@@ -73,8 +73,6 @@ def test_a_lit_plane_stays_lit_at_grazing_angles(lookup, height):
 def test_unwarped_penumbras_have_the_radius_in_world_units_whatever_the_map(light):
     methods = [method for method, made_for in methods_and_lights() if made_for is light]
     for method in methods:
-        if method == "improved_paraboloid":
-            continue  # its texels are wider than the radius here
         frame = lx.render(edge(), CAMERA, light, with_lookup(method, SOFT, 1024))
         seen = floor_only(frame)
         # The edge's shadow is where the ray through (0, 2, z) meets the floor.

@@ -1089,9 +1089,9 @@ class DualParaboloid(BoxMethod):
 class ImprovedParaboloid(ShadowMapMethod):
     """One paraboloid that looks at what the camera sees, and is cut to it.
 
-    The view frustum is truncated to the depths of the receivers; :math:`D_j` lead from the light to
-    its eight corners. The paraboloid looks along their mean direction and reaches to the largest
-    angle between it and them,
+    As published, with the cut ``"frustum"``: the view frustum is truncated to the depths of the
+    receivers; :math:`D_j` lead from the light to its eight corners. The paraboloid looks along
+    their mean direction and reaches to the largest angle between it and them,
 
     .. math:: C = \\operatorname{norm} \\sum_j D_j, \\quad F = \\max_j \\angle (D_j, C)
 
@@ -1106,7 +1106,7 @@ class ImprovedParaboloid(ShadowMapMethod):
     ----------
     cut : {"frustum", "cone", "receivers"}
         To the frustum's corners, as published; to the square around the smallest cone of the
-        receivers themselves; to the box of the receivers in the plane of that cone.
+        receivers themselves; to the smallest rectangle of the receivers in the plane of that cone.
 
     The others are those of `ShadowMapMethod`.
 
@@ -1118,12 +1118,12 @@ class ImprovedParaboloid(ShadowMapMethod):
     Examples
     --------
     >>> ImprovedParaboloid().cut
-    'frustum'
+    'receivers'
     """
 
     name: ClassVar[str] = "improved_paraboloid"
 
-    cut: Literal["frustum", "cone", "receivers"] = "frustum"
+    cut: Literal["frustum", "cone", "receivers"] = "receivers"
 
     def __post_init__(self) -> None:
         super().__post_init__()

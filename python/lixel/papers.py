@@ -332,8 +332,13 @@ TABLES = (
         (
             Row("DPSM 512²", "dual_paraboloid", (102.0, 97.0, 135.0)),
             Row("DPSM 2048²", "dual_paraboloid", (78.0, 84.0, 123.0), {"resolution": 2048}),
-            Row("IPSM 512²", "improved_paraboloid", (95.0, 107.0, 148.0)),
-            Row("IPSM 2048²", "improved_paraboloid", (76.0, 95.0, 134.0), {"resolution": 2048}),
+            Row("IPSM 512²", "improved_paraboloid", (95.0, 107.0, 148.0), {"cut": "frustum"}),
+            Row(
+                "IPSM 2048²",
+                "improved_paraboloid",
+                (76.0, 95.0, 134.0),
+                {"cut": "frustum", "resolution": 2048},
+            ),
         ),
         base="DPSM 512²",
         unit="fps",

@@ -155,13 +155,20 @@ fn turn(view: &mut View, layer: &mut Fitted, points: Points) -> Result<()> {
         Points::Extremes => smallest_rectangle(&found).map_or(DVec2::X, |r| r.axis),
         Points::Samples => principal_axis(&found),
     };
-    // Less than a quarter of a turn, so that no map lies on its side or its head without a need.
-    let direction = quarter_turned(direction);
-    let axes = &mut layer.projection;
-    let (right, down) = (axes.x_axis, axes.y_axis);
-    axes.x_axis = right * direction.x + down * direction.y;
-    axes.y_axis = down * direction.x - right * direction.y;
+    layer.projection = turned(&layer.projection, direction);
     Ok(())
+}
+
+/// Axes with a direction of their plane along the map, turned by less than a quarter, so that no map lies on
+/// its side or its head without a need.
+pub fn turned(axes: &Projection, direction: DVec2) -> Projection {
+    let direction = quarter_turned(direction);
+    let (right, down) = (axes.x_axis, axes.y_axis);
+    Projection {
+        x_axis: right * direction.x + down * direction.y,
+        y_axis: down * direction.x - right * direction.y,
+        ..axes.clone()
+    }
 }
 
 /// The light's own layers, given by their axes: one for parallel rays or a cone, faces of a cube for a

@@ -9,8 +9,8 @@
 //! the largest angle. Rasterization is exact here, with no tessellation.
 //!
 //! Parameters: those of every map, and `cut`: `frustum`, the paper's; `cone`, the square around the
-//! smallest cone of the receivers themselves; `receivers`, their box in the plane of that cone. The last
-//! two go past the paper, and cut also where the light is inside the frustum, its future work.
+//! smallest cone of the receivers themselves; `receivers`, their smallest rectangle in the plane of that cone.
+//! The last two go past the paper, and cut also where the light is inside the frustum, its future work.
 //!
 //! Limits: with the light inside the truncated frustum, or so near that a hemisphere does not hold the cone,
 //! `frustum` falls back to dual paraboloids, and so do the others, each half cut to its receivers.
@@ -19,10 +19,11 @@ use super::central_fit::{
     axes_for_scene, fit_box, fit_square, frustum_corners, smallest_cone_axis,
 };
 use super::dual_paraboloid::fit_dual_paraboloid;
-use super::fit::{self, cut_layers, parallel_layer};
+use super::fit::{self, Fit, cut_layers, parallel_layer};
 use super::parallel_fit::{self, axes_at, bounds_of, projected_box};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use crate::geometry::smallest_rectangle;
 use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
 use glam::DVec3;
@@ -52,7 +53,7 @@ impl ShadowMethod for ImprovedParaboloid {
 
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
-        defaults.push((fit::Cut::NAME, Value::Text("frustum".to_string())));
+        defaults.push((fit::Cut::NAME, Value::Text("receivers".to_string())));
         defaults
     }
 
@@ -82,10 +83,11 @@ pub fn fit_improved_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Re
         (Some(light), Cut::Frustum) => fit_frustum(view, light, resolution),
         (Some(light), Cut::Cone | Cut::Receivers) => fit_cone(view, light, cut, resolution),
         (None, Cut::Frustum) => fit_distant_frustum(view, resolution),
-        (None, Cut::Cone | Cut::Receivers) => {
+        (None, Cut::Cone) => {
             let layer = parallel_layer(view);
             cut_layers(view, vec![layer], fit::Cut::Receivers, resolution)
         }
+        (None, Cut::Receivers) => Fit::MinSm.fit(view, false, resolution),
     }
 }
 
@@ -154,7 +156,17 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
         .map(|place| layer.projection.ray_from_texel(place).1);
     let directions: Vec<_> = rays.collect();
     let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
-    let layer = Fitted::everywhere(axes_for_scene(Kind::Paraboloid, light, axis, scene));
+    let mut axes = axes_for_scene(Kind::Paraboloid, light, axis, scene);
+    if cut == Cut::Receivers {
+        let places = directions
+            .iter()
+            .map(|&direction| axes.texel_from_point(light + direction).truncate());
+        let places: Vec<_> = places.collect();
+        if let Some(rectangle) = smallest_rectangle(&places) {
+            axes = fit::turned(&axes, rectangle.axis);
+        }
+    }
+    let layer = Fitted::everywhere(axes);
     let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
         return Ok(vec![]);
     };
