@@ -56,16 +56,40 @@ class Mutant:
     tests: tuple[str, ...]
 
 
+SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
+
 LOOKUP = "shaders/lookup.wgsl"
 GRID = "shaders/warp/grid.wgsl"
 TABLES = "shaders/warp_map.wgsl"
 BANDS = "shaders/rasterize_bands.wgsl"
 TILES = "shaders/lib/tiles.wgsl"
 COVERAGE = "shaders/lib/coverage.wgsl"
+RAY = "shaders/lib/shadow_ray.wgsl"
+CASTERS = "shaders/caster_tests.wgsl"
 TRUTH = "src/reference.rs"
 PARAMETERS = "src/methods/parameters.rs"
 
 MUTANTS = (
+    Mutant(
+        "exact", "grid space decides what it does not know", CASTERS,
+        "                    if met.is_certain {",
+        "                    if met.is_possible {", SEARCHES,
+    ),
+    Mutant(
+        "exact", "grid space has no room for its rounding", CASTERS,
+        "let room = GRID_ROUNDING * (caster.farthest + absolute_sum(q));",
+        "let room = 0.0;", SEARCHES,
+    ),
+    Mutant(
+        "exact", "what may be is never tested again", CASTERS,
+        "unsure |= 1u << i;",
+        "unsure |= 0u;", SEARCHES,
+    ),
+    Mutant(
+        "exact", "a neighbour below the receiver's plane may shadow it", RAY,
+        "greatest_height > least_margin && !is_level",
+        "greatest_height > least_margin", SEARCHES,
+    ),
     Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP,
         "if depth_from_z(projection, plane - bias) > stored",

@@ -10,6 +10,7 @@ import pytest
 from views import small, soup
 
 import lixel as lx
+from lixel.random_views import is_in_view
 
 IMAGE = {"width": 240, "height": 160}
 METHODS = [
@@ -200,6 +201,23 @@ def test_an_improved_paraboloid_turns_with_the_receivers():
         frame = lx.render(scene, camera, light, "improved_paraboloid")
         mean[roll] = np.nanmean(frame.aliasing_error[frame.facing])
     assert max(mean.values()) < 1.3 * min(mean.values())
+
+
+@pytest.mark.parametrize("lookup", ["auto", "depth", "triangle"])
+def test_outside_the_view_one_improved_paraboloid_is_better_than_two(lookup):
+    scene = small("colonnade")
+    camera = scene.cameras["default"].resized(320, 180)
+    low, high = scene.bounds
+    wrong = {lx.ImprovedParaboloid: 0, lx.DualParaboloid: 0}
+    for place in ((0.1, 0.9, 1.1), (0.9, 0.6, 1.2), (0.5, 1.4, 1.0), (-0.2, 0.5, 0.9)):
+        light = lx.PointLight(low + (high - low) * place)
+        assert not is_in_view(camera, light.position)
+        truth = lx.reference(scene, camera, light)
+        for method in wrong:
+            frame = lx.render(scene, camera, light, method(resolution=256, lookup=lookup))
+            wrong[method] += lx.compare(frame, truth).misclassified_count
+            assert method is lx.DualParaboloid or frame.stats["layers"] == 1
+    assert wrong[lx.ImprovedParaboloid] < 0.75 * wrong[lx.DualParaboloid]
 
 
 def test_around_a_light_in_the_view_an_improved_paraboloid_is_dual_paraboloids():

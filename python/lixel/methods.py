@@ -1106,7 +1106,9 @@ class ImprovedParaboloid(ShadowMapMethod):
     ----------
     cut : {"frustum", "cone", "receivers"}
         To the frustum's corners, as published; to the square around the smallest cone of the
-        receivers themselves; to the smallest rectangle of the receivers in the plane of that cone.
+        receivers themselves; to the smallest rectangle of the receivers, in the paraboloid whose
+        axis gives them the finest texels: a paraboloid's are finer away from its axis, so it often
+        looks past them, up to 136 degrees. The axis jumps as the camera moves.
 
     The others are those of `ShadowMapMethod`.
 

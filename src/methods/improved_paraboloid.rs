@@ -9,14 +9,16 @@
 //! the largest angle. Rasterization is exact here, with no tessellation.
 //!
 //! Parameters: those of every map, and `cut`: `frustum`, the paper's; `cone`, the square around the
-//! smallest cone of the receivers themselves; `receivers`, their smallest rectangle in the plane of that cone.
+//! smallest cone of the receivers themselves; `receivers`, their smallest rectangle in the paraboloid whose axis
+//! gives them the finest texels.
 //! The last two go past the paper, and cut also where the light is inside the frustum, its future work.
 //!
 //! Limits: with the light inside the truncated frustum, or so near that a hemisphere does not hold the cone,
-//! `frustum` falls back to dual paraboloids, and so do the others, each half cut to its receivers.
+//! `frustum` falls back to dual paraboloids, and so do the others, each half cut to its receivers. The axis that
+//! gives the finest texels is one of two hundred, and jumps as the camera moves.
 
 use super::central_fit::{
-    axes_for_scene, fit_box, fit_square, frustum_corners, smallest_cone_axis,
+    axes_for_scene, central_axes, fit_box, fit_square, frustum_corners, smallest_cone_axis,
 };
 use super::dual_paraboloid::fit_dual_paraboloid;
 use super::fit::{self, Fit, cut_layers, parallel_layer};
@@ -26,7 +28,8 @@ use crate::error::Result;
 use crate::geometry::smallest_rectangle;
 use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImprovedParaboloid {
@@ -44,6 +47,15 @@ pub enum Cut {
 /// A single paraboloid reaches this far from its axis, in its plane: the rim of a hemisphere. It could go on, but
 /// with larger texels than two have.
 const WIDEST: f64 = 1.0;
+
+/// So far it reaches around the smallest rectangle, and so far around the samples that the axis is chosen by:
+/// to 140 and 136 degrees from the axis. What is opposite to it has no place.
+const WIDEST_RECTANGLE: f64 = 2.75;
+const FARTHEST: f64 = 2.5;
+
+/// Axes that are tried, and how many times a receiver is put into one of them.
+const AXES: u32 = 200;
+const MOST_TRIALS: usize = 80_000;
 
 impl ShadowMethod for ImprovedParaboloid {
     const NAME: &'static str = "improved_paraboloid";
@@ -81,7 +93,7 @@ impl ShadowMethod for ImprovedParaboloid {
 pub fn fit_improved_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     match (view.light.position(), cut) {
         (Some(light), Cut::Frustum) => fit_frustum(view, light, resolution),
-        (Some(light), Cut::Cone | Cut::Receivers) => fit_cone(view, light, cut, resolution),
+        (Some(light), Cut::Cone | Cut::Receivers) => fit_receivers(view, light, cut, resolution),
         (None, Cut::Frustum) => fit_distant_frustum(view, resolution),
         (None, Cut::Cone) => {
             let layer = parallel_layer(view);
@@ -144,27 +156,28 @@ fn is_in_frustum(view: &View, point: DVec3, (near, far): (f64, f64)) -> bool {
         && (0.0..=f64::from(view.camera.height)).contains(&pixel.y)
 }
 
-/// The cone around the receivers themselves.
-fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+/// The receivers themselves: the square around their smallest cone, or their smallest rectangle.
+fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     let scene = view.scene.bounds();
-    // Directions to the outermost receivers, from a first paraboloid along the view.
+    // Around a light in the view one map that holds them all is coarser than two.
+    let is_turned_away = cut == Cut::Receivers && !is_in_frustum(view, light, (0.0, f64::INFINITY));
+    let (points, most) = match is_turned_away {
+        true => (Points::Samples, WIDEST_RECTANGLE),
+        false => (Points::Extremes, WIDEST),
+    };
+    // Directions to receivers, from a first paraboloid along the view.
     let first = axes_for_scene(Kind::Paraboloid, light, view.camera.forward, scene);
     let layer = Fitted::everywhere(first);
-    let places = view.outline(&layer, Points::Extremes)?;
+    let places = view.outline(&layer, points)?;
     let rays = places
         .into_iter()
         .map(|place| layer.projection.ray_from_texel(place).1);
     let directions: Vec<_> = rays.collect();
     let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
     let mut axes = axes_for_scene(Kind::Paraboloid, light, axis, scene);
+    let tried = if is_turned_away { AXES } else { 0 };
     if cut == Cut::Receivers {
-        let places = directions
-            .iter()
-            .map(|&direction| axes.texel_from_point(light + direction).truncate());
-        let places: Vec<_> = places.collect();
-        if let Some(rectangle) = smallest_rectangle(&places) {
-            axes = fit::turned(&axes, rectangle.axis);
-        }
+        axes = finest_axes(&axes, tried, &directions).unwrap_or(axes);
     }
     let layer = Fitted::everywhere(axes);
     let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
@@ -173,7 +186,7 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
     let axes = layer.projection;
     let outermost = corners.0.truncate().abs().max(corners.1.truncate().abs());
     let widest = outermost.max_element();
-    if widest > WIDEST {
+    if widest > most {
         return fit_dual_paraboloid(view, fit::Cut::Receivers, resolution);
     }
     let distances = (view.camera.eye - light).length() + corners.1.z;
@@ -184,9 +197,61 @@ fn fit_cone(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<
             let room = (rounding / corners.0.z.max(axes.near)).clamp(1e-7, 1e-3);
             fit_square(&axes, widest + room, far, resolution)
         }
-        Cut::Receivers => fit_box(&axes, corners, WIDEST, resolution, rounding, false),
+        Cut::Receivers => fit_box(&axes, corners, most, resolution, rounding, false),
     };
     Ok(vec![Fitted::everywhere(projection)])
+}
+
+/// Of the first axes and `count` others those, turned as the receivers lie, whose texels are the finest on the
+/// mean of directions to some receivers; none if no axes hold them all.
+///
+/// A paraboloid is a stereographic projection, so a map keeps its shapes along any axis, but texels grow
+/// finer away from it: those in the plane's place r have 2 / (1 + r²) of the angle of those at the rim. Most
+/// pixels see what is far from the light, and there an axis that looks past them has its fine texels.
+fn finest_axes(first: &Projection, count: u32, directions: &[DVec3]) -> Option<Projection> {
+    let step = (directions.len() * count as usize)
+        .div_ceil(MOST_TRIALS)
+        .max(1);
+    let samples: Vec<_> = directions.iter().copied().step_by(step).collect();
+    let tried = (0..count).map(|i| {
+        let axis = spiral_direction(i, count);
+        let axes = central_axes(Kind::Paraboloid, first.origin, axis);
+        Projection {
+            near: first.near,
+            far: first.far,
+            ..axes
+        }
+    });
+    let fitted = std::iter::once(first.clone())
+        .chain(tried)
+        .filter_map(|axes| {
+            let places = samples
+                .iter()
+                .map(|&d| axes.texel_from_point(axes.origin + d).truncate());
+            let places: Vec<_> = places.collect();
+            let mut angles = 0.0;
+            for place in &places {
+                let squared = place.length_squared();
+                // The direction that is opposite to the axis gives no number.
+                if squared.is_nan() || squared > FARTHEST * FARTHEST {
+                    return None;
+                }
+                angles += 2.0 / (1.0 + squared);
+            }
+            let rectangle = smallest_rectangle(&places)?;
+            let width = rectangle.half.x + rectangle.half.y;
+            Some((width * angles, fit::turned(&axes, rectangle.axis)))
+        });
+    let finest = fitted.min_by(|a, b| a.0.total_cmp(&b.0));
+    finest.map(|(_, axes)| axes)
+}
+
+/// One of `count` directions that cover the sphere evenly: a spiral by the golden angle (Vogel, "A better way
+/// to construct the sunflower head", 1979).
+fn spiral_direction(i: u32, count: u32) -> DVec3 {
+    let z = 1.0 - f64::from(2 * i + 1) / f64::from(count);
+    let turn = f64::from(i) * PI * (3.0 - 5.0_f64.sqrt());
+    (DVec2::from_angle(turn) * (1.0 - z * z).sqrt()).extend(z)
 }
 
 /// `fit_frustum` with the light at infinity: its cone becomes a cylinder, its paraboloid a plane.
@@ -210,4 +275,51 @@ fn fit_distant_frustum(view: &mut View, resolution: u32) -> Result<Vec<Fitted>> 
     let corners = (corners.0 - rounding, corners.1 + rounding);
     let projection = parallel_fit::fit_box(&axes, corners, casters.0.z - rounding, resolution);
     Ok(vec![Fitted::everywhere(projection)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
+
+    #[test]
+    fn the_finest_paraboloid_holds_what_most_receivers_are_in_away_from_its_axis() {
+        // A floor under a lamp, nine tenths of it seen far away, on one side.
+        let directions: Vec<_> = (0..2000)
+            .map(|i| {
+                let (turn, slope) = (f64::from(i % 50) / 50.0, f64::from(i / 50) / 40.0);
+                let (turn, slope) = match i % 10 {
+                    0 => (3.0 * turn, 0.02 + 2.0 * slope),
+                    _ => (0.2 * turn, 0.02 + 0.1 * slope),
+                };
+                DVec2::from_angle(turn).extend(-slope).normalize()
+            })
+            .collect();
+        let cone = smallest_cone_axis(&directions).unwrap();
+        let first = axes_for_scene(Kind::Paraboloid, DVec3::ONE, cone, SCENE);
+        let finest = finest_axes(&first, AXES, &directions).unwrap();
+        // Angle of a texel of a map that is cut to them.
+        let mean_angle = |axes: &Projection| {
+            let places = directions
+                .iter()
+                .map(|&d| axes.texel_from_point(DVec3::ONE + d).truncate());
+            let places: Vec<_> = places.collect();
+            let angles = places.iter().map(|p| 2.0 / (1.0 + p.length_squared()));
+            let half = smallest_rectangle(&places).unwrap().half;
+            assert!(places.iter().all(|p| p.length() <= FARTHEST));
+            (half.x + half.y) * angles.sum::<f64>()
+        };
+        let ratio = mean_angle(&finest) / mean_angle(&first);
+        assert!(ratio < 0.8, "{ratio}");
+        assert!((finest.x_axis.cross(finest.y_axis) - finest.z_axis).length() < 1e-9);
+    }
+
+    #[test]
+    fn no_paraboloid_holds_all_directions() {
+        let first = axes_for_scene(Kind::Paraboloid, DVec3::ONE, DVec3::X, SCENE);
+        let directions: Vec<_> = (0..300).map(|i| spiral_direction(i, 300)).collect();
+        assert!(finest_axes(&first, AXES, &directions).is_none());
+        assert!(finest_axes(&first, AXES, &[DVec3::NEG_X]).is_some());
+    }
 }
