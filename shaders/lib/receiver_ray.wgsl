@@ -48,12 +48,14 @@ fn meets(ray: ReceiverRay, triangle: u32, vertices: vec3<u32>, eye_high: vec3<f3
     let c = offset_from_vertex(vertices.z, eye_high, eye_low) - ray.point;
     let normal = normal_of_triangle(triangle);
     let above = max(max(dot(ray.normal, a), dot(ray.normal, b)), dot(ray.normal, c));
+    // An oblique view moves the receiver farther, but along its plane.
+    let is_level = above <= ROUNDING * length(ray.point);
     return triangle != ray.own_triangle && is_met(
         ray.light_ray,
         vec3<f32>(dot(ray.x, a), dot(ray.y, a), dot(ray.z, a)),
         vec3<f32>(dot(ray.x, b), dot(ray.y, b), dot(ray.z, b)),
         vec3<f32>(dot(ray.x, c), dot(ray.y, c), dot(ray.z, c)),
         vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal)),
-        above <= ray.light_ray.margin,
+        is_level,
     );
 }
