@@ -154,8 +154,9 @@ def test_kept_tables_name_device_date_and_command(path):
     assert (table["command"] + " ").str.startswith(f"{command} ").all()
 
 
-def test_no_pixel_was_wrong_that_is_promised_right():
-    table = pd.read_csv(RESULTS / "accuracy" / "480x270.csv")
+@pytest.mark.parametrize("size", ["480x270", "1920x1080"])
+def test_no_pixel_was_wrong_that_is_promised_right(size):
+    table = pd.read_csv(RESULTS / "accuracy" / f"{size}.csv")
     assert table["error"].isna().all()
     wrong = table.groupby("method")["misclassified"].sum()
     assert wrong["exact"] == wrong["ray_traced"] == 0
