@@ -1,6 +1,7 @@
 // Casters against the receivers in the texels of the light's grid that they may touch: each receiver's
 // own light ray is tested, so the answer is exact wherever the texels lie. Grid space tells, with room for
-// its rounding, which receivers a triangle may shadow; lib/receiver_ray decides.
+// its rounding, which receivers a triangle shadows for sure and which it may; lib/receiver_ray decides about
+// these.
 //
 // A triangle of few tiles that have receivers behind it is items at once, others are coarse tiles first.
 // The receivers of a row of texels stand side by side in the lists, so a row of a triangle's bound is one
@@ -58,8 +59,8 @@ fn load_caster(grid: LightGrid, warp: Warp, id: u32) -> Caster {
     let a = corners[0];
     let b = corners[1];
     let c = corners[2];
-    var caster = Caster(a, b, c, vec2<i32>(0), vec2<i32>(-1), vec2<f32>(), vec2<f32>(), vec2<f32>(), true, vec2<f32>(), 0.0);
-    caster.farthest = max(max(absolute_sum(a), absolute_sum(b)), absolute_sum(c));
+    let farthest = max(max(absolute_sum(a), absolute_sum(b)), absolute_sum(c));
+    var caster = Caster(a, b, c, vec2<i32>(0), vec2<i32>(-1), vec2<f32>(), vec2<f32>(), vec2<f32>(), true, vec2<f32>(), farthest);
     caster.pa = linear_from_grid(grid, a);
     caster.pb = linear_from_grid(grid, b);
     caster.pc = linear_from_grid(grid, c);
@@ -412,8 +413,8 @@ fn walk(
         while unsure != 0u {
             let pixel = second_of(details[next + firstTrailingBit(unsure)]);
             unsure &= unsure - 1u;
-            let row = pixel / receivers_uniform.width;
-            let receiver = load_receiver(receivers_uniform, pixel - row * receivers_uniform.width, row);
+            let width = receivers_uniform.width;
+            let receiver = load_receiver(receivers_uniform, pixel % width, pixel / width);
             let ray = ray_of_receiver(receiver, is_local);
             if meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low) {
                 visibility[pixel] = 0.0;

@@ -42,6 +42,7 @@ LOOKUPS = (
     "-k",
     "auto or misclassified or noon",
 )
+SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,6 @@ class Mutant:
     new: str
     tests: tuple[str, ...]
 
-
-SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 
 LOOKUP = "shaders/lookup.wgsl"
 GRID = "shaders/warp/grid.wgsl"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 
 import numpy as np
 import pytest
@@ -226,11 +225,9 @@ def test_around_a_light_in_the_view_an_improved_paraboloid_is_dual_paraboloids()
     camera = scene.cameras["default"].resized(160, 90)
     target = np.mean(scene.bounds, axis=0)
     light = lx.PointLight(0.6 * target + 0.4 * camera.eye)
-    published = functools.partial(lx.ImprovedParaboloid, cut="frustum")
-    improved, dual = (
-        lx.render(scene, camera, light, method(resolution=128))
-        for method in (published, lx.DualParaboloid)
-    )
+    published = lx.ImprovedParaboloid(cut="frustum", resolution=128)
+    improved = lx.render(scene, camera, light, published)
+    dual = lx.render(scene, camera, light, lx.DualParaboloid(resolution=128))
     assert len(improved.light_matrix) == len(dual.light_matrix) == 2
     assert improved.visibility.tobytes() == dual.visibility.tobytes()
     cut = lx.render(scene, camera, light, lx.ImprovedParaboloid(cut="receivers", resolution=128))

@@ -1100,7 +1100,8 @@ class ImprovedParaboloid(ShadowMapMethod):
 
     Limits: with the light inside the truncated frustum, or where the cone is wider than a
     hemisphere, ``"frustum"`` is `DualParaboloid`. The other cuts make one map as long as a
-    hemisphere holds the receivers, else two, each cut to the box of its receivers.
+    hemisphere holds the receivers, ``"receivers"`` with the light outside the view a wider one
+    too; else two, each cut to the box of its receivers.
 
     Parameters
     ----------

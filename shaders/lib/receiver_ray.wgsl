@@ -12,6 +12,9 @@ struct ReceiverRay {
     point: vec3<f32>,           // the receiver, in world axes relative to the eye
     distance: f32,              // of the light; 1 where it is at infinity
     normal: vec3<f32>,          // of the receiver's plane, unit, to the side of the light
+    // How far rounding may have moved the receiver across its plane. An oblique view moves it farther, but
+    // along the plane.
+    plane_margin: f32,
     // Axes of the test; the third one is the ray's direction.
     x: vec3<f32>,
     y: vec3<f32>,
@@ -38,7 +41,17 @@ fn ray_of_receiver(receiver: Receiver, is_local: bool) -> ReceiverRay {
     let margin = margin_of_receiver(receiver, point);
     let reach = select(3.0e38, distance, is_local);
     let normal = receiver.normal * sign(dot(receiver.normal, to_light));
-    return ReceiverRay(receiver.triangle, point, distance, normal, x, y, z, LightRay(vec2<f32>(0.0), reach, margin));
+    return ReceiverRay(
+        receiver.triangle,
+        point,
+        distance,
+        normal,
+        ROUNDING * length(point),
+        x,
+        y,
+        z,
+        LightRay(vec2<f32>(0.0), reach, margin),
+    );
 }
 
 // `eye_high` and `eye_low` are the eye relative to the scene's origin.
@@ -48,14 +61,12 @@ fn meets(ray: ReceiverRay, triangle: u32, vertices: vec3<u32>, eye_high: vec3<f3
     let c = offset_from_vertex(vertices.z, eye_high, eye_low) - ray.point;
     let normal = normal_of_triangle(triangle);
     let above = max(max(dot(ray.normal, a), dot(ray.normal, b)), dot(ray.normal, c));
-    // An oblique view moves the receiver farther, but along its plane.
-    let is_level = above <= ROUNDING * length(ray.point);
     return triangle != ray.own_triangle && is_met(
         ray.light_ray,
         vec3<f32>(dot(ray.x, a), dot(ray.y, a), dot(ray.z, a)),
         vec3<f32>(dot(ray.x, b), dot(ray.y, b), dot(ray.z, b)),
         vec3<f32>(dot(ray.x, c), dot(ray.y, c), dot(ray.z, c)),
         vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal)),
-        is_level,
+        above <= ray.plane_margin,
     );
 }

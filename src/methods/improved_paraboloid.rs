@@ -10,15 +10,16 @@
 //!
 //! Parameters: those of every map, and `cut`: `frustum`, the paper's; `cone`, the square around the
 //! smallest cone of the receivers themselves; `receivers`, their smallest rectangle in the paraboloid whose axis
-//! gives them the finest texels.
-//! The last two go past the paper, and cut also where the light is inside the frustum, its future work.
+//! gives them the finest texels. The last two go past the paper, and cut also where the light is inside the
+//! frustum, its future work.
 //!
 //! Limits: with the light inside the truncated frustum, or so near that a hemisphere does not hold the cone,
-//! `frustum` falls back to dual paraboloids, and so do the others, each half cut to its receivers. The axis that
-//! gives the finest texels is one of two hundred, and jumps as the camera moves.
+//! `frustum` falls back to dual paraboloids. `cone`, and `receivers` with the light in the view, do so only
+//! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
+//! texels is one of two hundred, and jumps as the camera moves.
 
 use super::central_fit::{
-    axes_for_scene, central_axes, fit_box, fit_square, frustum_corners, smallest_cone_axis,
+    axes_for_scene, fit_box, fit_square, frustum_corners, smallest_cone_axis,
 };
 use super::dual_paraboloid::fit_dual_paraboloid;
 use super::fit::{self, Fit, cut_layers, parallel_layer};
@@ -159,11 +160,11 @@ fn is_in_frustum(view: &View, point: DVec3, (near, far): (f64, f64)) -> bool {
 /// The receivers themselves: the square around their smallest cone, or their smallest rectangle.
 fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     let scene = view.scene.bounds();
-    // Around a light in the view one map that holds them all is coarser than two.
-    let is_turned_away = cut == Cut::Receivers && !is_in_frustum(view, light, (0.0, f64::INFINITY));
-    let (points, most) = match is_turned_away {
-        true => (Points::Samples, WIDEST_RECTANGLE),
-        false => (Points::Extremes, WIDEST),
+    // Around a light in the view one map past the hemisphere is coarser than two.
+    let chooses_axis = cut == Cut::Receivers && !is_in_frustum(view, light, (0.0, f64::INFINITY));
+    let (points, most, tried) = match chooses_axis {
+        true => (Points::Samples, WIDEST_RECTANGLE, AXES),
+        false => (Points::Extremes, WIDEST, 0),
     };
     // Directions to receivers, from a first paraboloid along the view.
     let first = axes_for_scene(Kind::Paraboloid, light, view.camera.forward, scene);
@@ -174,12 +175,12 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
         .map(|place| layer.projection.ray_from_texel(place).1);
     let directions: Vec<_> = rays.collect();
     let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
-    let mut axes = axes_for_scene(Kind::Paraboloid, light, axis, scene);
-    let tried = if is_turned_away { AXES } else { 0 };
-    if cut == Cut::Receivers {
-        axes = finest_axes(&axes, tried, &directions).unwrap_or(axes);
-    }
-    let layer = Fitted::everywhere(axes);
+    let axes_along = |axis| axes_for_scene(Kind::Paraboloid, light, axis, scene);
+    let finest = match cut {
+        Cut::Frustum | Cut::Cone => None,
+        Cut::Receivers => finest_axes(axes_along, axis, tried, &directions),
+    };
+    let layer = Fitted::everywhere(finest.unwrap_or_else(|| axes_along(axis)));
     let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
         return Ok(vec![]);
     };
@@ -202,28 +203,26 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
     Ok(vec![Fitted::everywhere(projection)])
 }
 
-/// Of the first axes and `count` others those, turned as the receivers lie, whose texels are the finest on the
-/// mean of directions to some receivers; none if no axes hold them all.
+/// Along the first axis or one of `count` others, those axes, turned as the receivers lie, whose texels are the
+/// finest on the mean of directions to some receivers; none if no axes hold them all.
 ///
 /// A paraboloid is a stereographic projection, so a map keeps its shapes along any axis, but texels grow
 /// finer away from it: those in the plane's place r have 2 / (1 + r²) of the angle of those at the rim. Most
 /// pixels see what is far from the light, and there an axis that looks past them has its fine texels.
-fn finest_axes(first: &Projection, count: u32, directions: &[DVec3]) -> Option<Projection> {
+fn finest_axes(
+    axes_along: impl Fn(DVec3) -> Projection,
+    first: DVec3,
+    count: u32,
+    directions: &[DVec3],
+) -> Option<Projection> {
     let step = (directions.len() * count as usize)
         .div_ceil(MOST_TRIALS)
         .max(1);
     let samples: Vec<_> = directions.iter().copied().step_by(step).collect();
-    let tried = (0..count).map(|i| {
-        let axis = spiral_direction(i, count);
-        let axes = central_axes(Kind::Paraboloid, first.origin, axis);
-        Projection {
-            near: first.near,
-            far: first.far,
-            ..axes
-        }
-    });
-    let fitted = std::iter::once(first.clone())
+    let tried = (0..count).map(|i| spiral_direction(i, count));
+    let fitted = std::iter::once(first)
         .chain(tried)
+        .map(axes_along)
         .filter_map(|axes| {
             let places = samples
                 .iter()
@@ -283,6 +282,10 @@ mod tests {
 
     const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
 
+    fn axes_along(axis: DVec3) -> Projection {
+        axes_for_scene(Kind::Paraboloid, DVec3::ONE, axis, SCENE)
+    }
+
     #[test]
     fn the_finest_paraboloid_holds_what_most_receivers_are_in_away_from_its_axis() {
         // A floor under a lamp, nine tenths of it seen far away, on one side.
@@ -297,8 +300,7 @@ mod tests {
             })
             .collect();
         let cone = smallest_cone_axis(&directions).unwrap();
-        let first = axes_for_scene(Kind::Paraboloid, DVec3::ONE, cone, SCENE);
-        let finest = finest_axes(&first, AXES, &directions).unwrap();
+        let finest = finest_axes(axes_along, cone, AXES, &directions).unwrap();
         // Angle of a texel of a map that is cut to them.
         let mean_angle = |axes: &Projection| {
             let places = directions
@@ -310,16 +312,15 @@ mod tests {
             assert!(places.iter().all(|p| p.length() <= FARTHEST));
             (half.x + half.y) * angles.sum::<f64>()
         };
-        let ratio = mean_angle(&finest) / mean_angle(&first);
+        let ratio = mean_angle(&finest) / mean_angle(&axes_along(cone));
         assert!(ratio < 0.8, "{ratio}");
         assert!((finest.x_axis.cross(finest.y_axis) - finest.z_axis).length() < 1e-9);
     }
 
     #[test]
     fn no_paraboloid_holds_all_directions() {
-        let first = axes_for_scene(Kind::Paraboloid, DVec3::ONE, DVec3::X, SCENE);
         let directions: Vec<_> = (0..300).map(|i| spiral_direction(i, 300)).collect();
-        assert!(finest_axes(&first, AXES, &directions).is_none());
-        assert!(finest_axes(&first, AXES, &[DVec3::NEG_X]).is_some());
+        assert!(finest_axes(axes_along, DVec3::X, AXES, &directions).is_none());
+        assert!(finest_axes(axes_along, DVec3::X, AXES, &[DVec3::NEG_X]).is_some());
     }
 }
