@@ -12,6 +12,7 @@
 pub mod aliasing;
 pub mod bvh;
 pub mod camera;
+pub mod edge_directions;
 pub mod edges;
 pub mod error;
 pub mod frustum;

@@ -1,5 +1,6 @@
 //! The scene: triangles in the world, validated once, in float64.
 
+use crate::edge_directions::EdgeDirections;
 use crate::error::{Result, ensure_value};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -20,6 +21,7 @@ struct Derived {
     unit_normals: Vec<Vec3>,
     bounds: (DVec3, DVec3),
     degenerate_count: usize,
+    edge_directions: EdgeDirections,
 }
 
 impl Scene {
@@ -94,6 +96,10 @@ impl Scene {
         self.derived.degenerate_count
     }
 
+    pub fn edge_directions(&self) -> &EdgeDirections {
+        &self.derived.edge_directions
+    }
+
     /// Counts the calls of `update_vertices`.
     pub fn generation(&self) -> u64 {
         self.generation
@@ -147,6 +153,7 @@ impl Derived {
             unit_normals,
             bounds,
             degenerate_count,
+            edge_directions: EdgeDirections::new(vertices, triangles),
         })
     }
 }

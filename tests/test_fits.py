@@ -34,6 +34,46 @@ def smallest_area(frame: lx.Frame) -> float:
     return float((np.ptp(hull @ axis.T, axis=0) * np.ptp(hull @ across.T, axis=0)).min())
 
 
+def alignment(scene: lx.Scene, frame: lx.Frame) -> float:
+    """Mean of cos 4a over the angles a of the scene's edges in the map: 1 along rows or columns,
+    -1 midway."""
+    corners = scene.vertices[scene.faces]
+    edges = (np.roll(corners, 1, axis=1) - corners).reshape(-1, 3)
+    rows = frame.light_matrix[0][:2, :3]
+    x, y = (edges @ (rows / np.linalg.norm(rows, axis=1, keepdims=True)).T).T
+    weights = (x**2 + y**2) ** 2 / np.linalg.norm(edges, axis=1) ** 3
+    return float(np.average(np.cos(4 * np.arctan2(y, x)), weights=weights))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("method", [lx.Uniform, lx.DesiredView, lx.RectilinearWarp, lx.Cascades])
+def test_rows_and_columns_lie_across_the_edges_of_a_city_however_it_stands(method, turn):
+    city = small("city")
+    cosine, sine = np.cos(turn), np.sin(turn)
+    about_y = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    scene = lx.Scene(city.vertices @ about_y.T, city.faces)
+    light = lx.DirectionalLight(about_y @ (0.4, -0.8, 0.2))
+    for label, camera in cameras(scene):
+        frame = lx.render(scene, camera, light, method())
+        if len(frame.light_matrix):
+            assert alignment(scene, frame) < 0.0, label
+
+
+def test_a_turned_cube_has_fewer_wrong_pixels_where_most_edges_lie_along_three_axes():
+    scene = small("city")
+    camera = scene.cameras["default"].resized(240, 135)
+    low, high = scene.bounds
+    wrong = np.zeros(2, int)
+    for x in (0.3, 0.5, 0.7):
+        light = lx.PointLight(low + (high - low) * (x, 1.2, 0.45))
+        truth = lx.reference(scene, camera, light)
+        for i, turned in enumerate((False, True)):
+            method = lx.Cube(resolution=128, lookup="triangle", turned=turned)
+            frame = lx.render(scene, camera, light, method)
+            wrong[i] += lx.compare(frame, truth).misclassified_count
+    assert wrong[1] < 0.6 * wrong[0]
+
+
 @pytest.mark.parametrize("name", ["colonnade", "city", "terrain"])
 def test_min_sm_is_the_smallest_map_that_holds_every_receiver(name):
     scene = small(name)

@@ -15,6 +15,7 @@ IMAGE = {"width": 240, "height": 160}
 METHODS = [
     lx.Cube(),
     lx.Cube(cut="face"),
+    lx.Cube(turned=True),
     lx.DualParaboloid(),
     lx.DualParaboloid(cut="receivers"),
     lx.ImprovedParaboloid(),

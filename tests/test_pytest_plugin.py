@@ -103,4 +103,4 @@ def test_frames_and_references_are_taken(view, truth):
     frame = lx.render(*view, lx.DesiredView(resolution=2048))
     assert_shadows_match(frame, truth, max_wrong=0.01)
     with pytest.raises(AssertionError):
-        assert_shadows_match(lx.render(*view, lx.Uniform(resolution=8)), truth, max_wrong=5)
+        assert_shadows_match(lx.render(*view, lx.Uniform(resolution=4)), truth, max_wrong=5)

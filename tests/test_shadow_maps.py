@@ -68,7 +68,8 @@ def test_a_texel_holds_the_nearest_depth_on_the_ray_through_its_centre(name, met
     nearest, farthest = cast_texels(scene, frame.light_matrix[0], linear_texels(frame))
     depth = frame.shadow_map[0]
     # Coordinates under a homography are relative to the eye, not to the middle of the map.
-    tolerance = 2.0**-18 if method in HOMOGRAPHIES else 2.0**-20
+    # A steep triangle's depth takes up the rounding of a place: 1.8 * 2**-20 in one texel.
+    tolerance = 2.0**-18 if method in HOMOGRAPHIES else 2.0**-19
     is_wrong = (depth < nearest - tolerance) | (depth > farthest + tolerance)
     # Where a warp's functions jump from row to row, float32 may take a texel for its neighbour's.
     assert np.mean(is_wrong) <= (0.005 if len(frame.warp_map) else 0.0)
@@ -290,7 +291,8 @@ def test_largest_aliasing_error_of_what_is_not_there(view):
     away = camera.posed(np.diag([1.0, -1.0, -1.0, 1.0]) @ camera.pose)
     assert np.isnan(lx.render(scene, away, light, "desired_view").largest_aliasing_error)
     # A culled cell has no texels.
-    assert lx.render(scene, camera, light, "rtw").largest_aliasing_error > 1.0
+    coarse = lx.render(scene, camera, light, lx.RectilinearWarp(resolution=256))
+    assert 1.0 < coarse.largest_aliasing_error < 10.0
 
 
 def test_a_perspective_across_the_light_has_a_smaller_largest_error():

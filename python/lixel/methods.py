@@ -262,7 +262,7 @@ class Uniform(ShadowMapMethod):
     .. math:: u = r (x - x_0) / (x_1 - x_0), \\quad v = r (y - y_0) / (y_1 - y_0), \\quad
               d = (z - z_0) / (z_1 - z_0)
 
-    where the box is the scene's and ``r`` the resolution. A receiver is in shadow where its depth
+    where the box is the scene's and ``r`` the resolution; it is turned as that of `DesiredView`. A receiver is in shadow where its depth
     exceeds the one stored in its texel by more than the bias.
 
     Limits: most texels fall where no pixel looks; in a large scene a texel spans many pixels and
@@ -318,7 +318,10 @@ class DesiredView(BoxMethod):
 
     .. math:: x_0 = \\min_i x_i, \\quad x_1 = \\max_i x_i \\quad \\text{over receivers } i,
 
-    likewise ``y``; depth is the receivers', reached back to the light.
+    likewise ``y``; depth is the receivers', reached back to the light. Around the light's direction
+    the map is turned so that its rows and columns lie across the edges of the scene, as far as the
+    scene's box does not grow too much: a triangle that is thinner than a texel and lies along a row
+    is seen by all of its texels or by none. This depends on light and scene, not on the camera.
 
     Limits: within the box texels are still uniform, so that near receivers get too few when far
     ones widen the box; the map moves with the camera, and its texels flicker unless they snap.
@@ -1008,6 +1011,9 @@ class Cube(BoxMethod):
         Each face over the box of its receivers, or over the whole face.
     snap : bool
         Texel snapping of the boxes of receivers, see `BoxMethod`.
+    turned : bool
+        Turns the cube's axes away from the world's, so that rows and columns of its faces lie
+        across the scene's edges, see `DesiredView`.
 
     The others are those of `ShadowMapMethod`; `resolution` is that of each face.
 
@@ -1030,9 +1036,11 @@ class Cube(BoxMethod):
     lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
 
     cut: Literal["receivers", "face"] = "receivers"
+    turned: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        object.__setattr__(self, "turned", flag("turned", self.turned))
         _check_choice("cut", self.cut, ("receivers", "face"))
 
 

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::light::Cone;
 use crate::projection::{Kind, Projection};
 use crate::region::{HalfSpace, Region};
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Nearest depth of a perspective map as a share of its farthest: nothing between a light and a
 /// receiver is cut off, down to the rounding of float32 numbers near the light.
@@ -52,12 +52,19 @@ pub fn axes_for_scene(
     }
 }
 
-/// The six faces of a cube around a point, each with the pyramid that it is for: +X, -X, +Y, -Y, +Z, -Z.
-pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+/// The six faces of a cube around a point, each with the pyramid that it is for, two along each of its axes,
+/// which are the columns of `cube`.
+pub fn cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
     let directions = [DVec3::X, DVec3::Y, DVec3::Z];
     let both_ways = directions.into_iter().flat_map(|axis| [axis, -axis]);
-    let faces = both_ways.map(|forward| {
-        let projection = axes_for_scene(Kind::Perspective, position, forward, scene);
+    let faces = both_ways.map(|direction| {
+        let axes = axes_for_scene(Kind::Perspective, position, direction, scene);
+        let projection = Projection {
+            x_axis: cube * axes.x_axis,
+            y_axis: cube * axes.y_axis,
+            z_axis: cube * axes.z_axis,
+            ..axes
+        };
         let sides = [
             projection.x_axis,
             -projection.x_axis,
@@ -66,7 +73,7 @@ pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
         ];
         let half_spaces = sides.map(|side| HalfSpace {
             origin: position,
-            normal: (forward + side).normalize(),
+            normal: (projection.z_axis + side).normalize(),
         });
         Fitted {
             projection,
@@ -195,12 +202,14 @@ pub fn smallest_cone_axis(directions: &[DVec3]) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::EulerRot;
 
     const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
 
     #[test]
     fn faces_and_hemispheres_cover_every_direction_once_but_at_borders() {
         let position = DVec3::new(1.0, 2.0, 3.0);
+        let turned = DMat3::from_euler(EulerRot::YXZ, 0.7, 0.3, 1.1);
         for direction in [
             DVec3::new(0.9, 0.3, -0.2),
             DVec3::new(-0.1, -0.8, 0.5),
@@ -209,7 +218,8 @@ mod tests {
         ] {
             let point = position + direction;
             for layers in [
-                cube_faces(position, SCENE),
+                cube_faces(position, DMat3::IDENTITY, SCENE),
+                cube_faces(position, turned, SCENE),
                 hemispheres(position, DVec3::new(0.6, 0.0, 0.8), SCENE),
             ] {
                 let own: Vec<_> = layers

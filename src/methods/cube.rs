@@ -4,20 +4,25 @@
 //!
 //! Chris Brennan's and NVIDIA's cube shadow maps, as in Navrátil's thesis, section 3.3.1.
 //!
-//! Parameters: those of every map, for each face, and `cut`: `receivers` or `face`, and `snap`.
+//! Parameters: those of every map, for each face, and `cut`: `receivers` or `face`, `snap`, and `turned`:
+//! whether the cube's axes lie across the scene's edges, not along the world's.
 //!
 //! Limits: up to six passes over the casters; texels at the corners of a face cover a fifth of the solid
 //! angle of those in its middle.
 
+use super::across_edges::cube_across_edges;
 use super::central_fit::cube_faces;
 use super::fit::{Cut, cut_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use glam::DMat3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cube {
     pub map: MapParameters,
     pub cut: Cut,
+    /// Whether its axes lie across the scene's edges, not along the world's.
+    pub is_turned: bool,
 }
 
 impl ShadowMethod for Cube {
@@ -30,6 +35,7 @@ impl ShadowMethod for Cube {
         let mut defaults = MapParameters::defaults();
         defaults.push((Cut::NAME, Value::Text("receivers".to_string())));
         defaults.push((Cut::SNAP, Value::Bool(false)));
+        defaults.push(("turned", Value::Bool(false)));
         defaults
     }
 
@@ -39,18 +45,28 @@ impl ShadowMethod for Cube {
             parameters,
             &[("receivers", Cut::Receivers), ("face", Cut::Whole)],
         )?;
-        Ok(Self { map, cut })
+        let is_turned = parameters.take_flag("turned")?;
+        Ok(Self {
+            map,
+            cut,
+            is_turned,
+        })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fit_cube(view, self.cut, self.map.resolution)?;
+        let axes = if self.is_turned {
+            cube_across_edges(view.scene)
+        } else {
+            DMat3::IDENTITY
+        };
+        let layers = fit_cube(view, axes, self.cut, self.map.resolution)?;
         view.shadows(&self.map, layers)
     }
 }
 
-/// The faces that receivers fall in. Submits what was recorded so far.
-pub fn fit_cube(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+/// The faces that receivers fall in, of a cube along `axes`. Submits what was recorded so far.
+pub fn fit_cube(view: &mut View, axes: DMat3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     let position = view.light_position(Cube::NAME)?;
-    let faces = cube_faces(position, view.scene.bounds());
+    let faces = cube_faces(position, axes, view.scene.bounds());
     cut_layers(view, faces, cut, resolution)
 }

@@ -22,6 +22,7 @@ use crate::passes::importance_map::{Factors, Importance};
 use crate::passes::light_grid::{LARGEST_RESOLUTION, TILE};
 use crate::passes::warp_map::{Axis, CountFit, WarpMap};
 use crate::projection::Kind;
+use glam::DMat3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
@@ -119,7 +120,7 @@ impl Exact {
         {
             return cut_layers(
                 view,
-                cube_faces(position, scene),
+                cube_faces(position, DMat3::IDENTITY, scene),
                 Cut::Receivers,
                 FEWEST_TEXELS,
             );

@@ -1,5 +1,6 @@
 //! Fits of maps to the receivers: the step before a map or a warp.
 
+use super::across_edges::{parallel_across_edges, turned};
 use super::central_fit::{cone_layer, cube_faces, fit_box, fit_square, plane_radius};
 use super::cube::fit_cube;
 use super::dual_paraboloid::fit_dual_paraboloid;
@@ -17,14 +18,13 @@ use crate::gpu::skips;
 use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
 use crate::region::Region;
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 use std::f64::consts::SQRT_2;
 
 /// Which maps there are, before their sides are fitted to the receivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
-    /// The light's own: one map for parallel rays or a cone, faces of a cube for a point. The world's Y
-    /// is up in the map.
+    /// The light's own: one map for parallel rays or a cone, faces of a cube for a point.
     DesiredView,
     /// The same, turned as the smallest rectangle around the receivers.
     MinSm,
@@ -124,7 +124,7 @@ impl Fit {
         let points = match self {
             Self::LightSpacePerspective => return LightSpacePerspective::new(resolution).fit(view),
             Self::SceneOptimized => return SceneOptimized::new(resolution).fit(view),
-            Self::Cube => return fit_cube(view, cut, resolution),
+            Self::Cube => return fit_cube(view, DMat3::IDENTITY, cut, resolution),
             Self::DualParaboloid => return fit_dual_paraboloid(view, cut, resolution),
             Self::ImprovedParaboloid => {
                 return fit_improved_paraboloid(
@@ -159,18 +159,6 @@ fn turn(view: &mut View, layer: &mut Fitted, points: Points) -> Result<()> {
     Ok(())
 }
 
-/// Axes with a direction of their plane along the map, turned by less than a quarter, so that no map lies on
-/// its side or its head without a need.
-pub fn turned(axes: &Projection, direction: DVec2) -> Projection {
-    let direction = quarter_turned(direction);
-    let (right, down) = (axes.x_axis, axes.y_axis);
-    Projection {
-        x_axis: right * direction.x + down * direction.y,
-        y_axis: down * direction.x - right * direction.y,
-        ..axes.clone()
-    }
-}
-
 /// The light's own layers, given by their axes: one for parallel rays or a cone, faces of a cube for a
 /// point.
 pub fn layers_of_light(view: &View) -> Vec<Fitted> {
@@ -178,14 +166,15 @@ pub fn layers_of_light(view: &View) -> Vec<Fitted> {
     match (view.light.position(), view.light.cone()) {
         (None, _) => vec![parallel_layer(view)],
         (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
-        (Some(position), None) => cube_faces(position, scene),
+        (Some(position), None) => cube_faces(position, DMat3::IDENTITY, scene),
     }
 }
 
 /// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
 pub fn parallel_layer(view: &View) -> Fitted {
     let direction = -view.light.vector_from_point(view.camera.eye);
-    Fitted::everywhere(axes_at(view.camera.eye, direction))
+    let axes = axes_at(view.camera.eye, direction);
+    Fitted::everywhere(parallel_across_edges(view.scene, axes))
 }
 
 /// Each layer, given by its axes, as a map; those without receivers are left out. Submits what was
@@ -288,16 +277,6 @@ fn central_map(
     }
 }
 
-/// The direction turned by the quarters that bring it nearest to x.
-fn quarter_turned(direction: DVec2) -> DVec2 {
-    let turned = if direction.x.abs() < direction.y.abs() {
-        direction.perp()
-    } else {
-        direction
-    };
-    if turned.x < 0.0 { -turned } else { turned }
-}
-
 /// The direction along which points scatter most; x where there is none.
 fn principal_axis(points: &[DVec2]) -> DVec2 {
     let mean = points.iter().sum::<DVec2>() / (points.len().max(1) as f64);
@@ -321,7 +300,6 @@ mod tests {
                 .map(|i| DVec2::splat(5.0) + axis * f64::from(i) + axis.perp() * f64::from(i % 3))
                 .collect();
             assert!(principal_axis(&points).dot(axis).abs() > 0.999);
-            assert!(quarter_turned(axis).x >= 0.7);
         }
         assert_eq!(principal_axis(&[]), DVec2::X);
         assert_eq!(principal_axis(&[DVec2::ONE]), DVec2::X);

@@ -18,6 +18,7 @@
 //! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
 //! texels is one of two hundred, and jumps as the camera moves.
 
+use super::across_edges::turned;
 use super::central_fit::{
     axes_for_scene, fit_box, fit_square, frustum_corners, smallest_cone_axis,
 };
@@ -239,7 +240,7 @@ fn finest_axes(
             }
             let rectangle = smallest_rectangle(&places)?;
             let width = rectangle.half.x + rectangle.half.y;
-            Some((width * angles, fit::turned(&axes, rectangle.axis)))
+            Some((width * angles, turned(&axes, rectangle.axis)))
         });
     let finest = fitted.min_by(|a, b| a.0.total_cmp(&b.0));
     finest.map(|(_, axes)| axes)

@@ -3,6 +3,7 @@
 //! A method is straight-line code from handles to a visibility image: it fits a projection and calls
 //! passes. See CONTRIBUTING.md, "How to add a method".
 
+mod across_edges;
 mod cascades;
 mod central_fit;
 mod cube;
