@@ -112,12 +112,12 @@ MOST_WRONG = {
     },
     "notw": {
         "plane_and_box": 4,
-        "objects_on_floor": 188,
-        "colonnade": 94,
-        "city": 28,
-        "grass": 1694,
-        "needles": 1648,
-        "terrain": 248,
+        "objects_on_floor": 198,
+        "colonnade": 71,
+        "city": 23,
+        "grass": 1603,
+        "needles": 1605,
+        "terrain": 235,
     },
     "ray_traced": dict.fromkeys(GENERATORS, 0),
     "improved_paraboloid": {

@@ -262,8 +262,8 @@ class Uniform(ShadowMapMethod):
     .. math:: u = r (x - x_0) / (x_1 - x_0), \\quad v = r (y - y_0) / (y_1 - y_0), \\quad
               d = (z - z_0) / (z_1 - z_0)
 
-    where the box is the scene's and ``r`` the resolution; it is turned as that of `DesiredView`. A receiver is in shadow where its depth
-    exceeds the one stored in its texel by more than the bias.
+    where the box is the scene's, turned as that of `DesiredView`, and ``r`` the resolution. A
+    receiver is in shadow where its depth exceeds the one stored in its texel by more than the bias.
 
     Limits: most texels fall where no pixel looks; in a large scene a texel spans many pixels and
     shadow edges turn into stairs.
@@ -609,9 +609,10 @@ class NonOrthogonalWarp(WarpMethod):
 
     Beyond the papers, rows share functions, `function_count` in all: where neighbouring functions
     differ, texels are torn. Counts are taken to the power `exponent` and a part of each function,
-    `even_share`, is the identity. Of ``n`` pixels that share ``s`` texels, about ``n s**(-1/2)``
-    are wrong along edges, which is least in total for ``s`` in proportion to ``n**(2/3)``; equal
-    counts take too much from what is thinly covered.
+    `even_share`, is the identity. Of ``n`` pixels that share ``s`` texels, from ``n s**(-1/2)``
+    (depth tests) to ``n / s`` (triangles) are wrong along edges, which is least in total for ``s``
+    in proportion to ``n**(2/3)`` or ``n**(1/2)``; equal counts take too much from what is thinly
+    covered.
 
     Limits: where neighbouring functions differ much a texel's footprint is torn, which costs
     accuracy that the even spread had won. The analysis and the rasterization take
@@ -659,8 +660,8 @@ class NonOrthogonalWarp(WarpMethod):
     importance: str | Sequence[str] = "count"
     function_count: int | None = None
     smoothing: float | None = None
-    exponent: float = 2 / 3
-    even_share: float = 0.15
+    exponent: float = 0.5
+    even_share: float = 0.1
 
     def __post_init__(self) -> None:
         super().__post_init__()

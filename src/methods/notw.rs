@@ -61,8 +61,8 @@ impl ShadowMethod for NonOrthogonalWarp {
             ("importance_resolution", Value::Int(512)),
             ("function_count", Value::None),
             ("smoothing", Value::None),
-            ("exponent", Value::Float(2.0 / 3.0)),
-            ("even_share", Value::Float(0.15)),
+            ("exponent", Value::Float(0.5)),
+            ("even_share", Value::Float(0.1)),
         ]);
         defaults
     }
