@@ -40,7 +40,7 @@ LOOKUPS = (
     "tests/test_lookups.py",
     "tests/test_methods.py",
     "-k",
-    "auto or misclassified or noon",
+    "auto or misclassified or noon or one_row",
 )
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 
@@ -67,6 +67,7 @@ RAY = "shaders/lib/shadow_ray.wgsl"
 CASTERS = "shaders/caster_tests.wgsl"
 TRUTH = "src/reference.rs"
 PARAMETERS = "src/methods/parameters.rs"
+ACROSS = "src/methods/across_edges.rs"
 
 MUTANTS = (
     Mutant(
@@ -172,11 +173,21 @@ MUTANTS = (
     ),
     Mutant(
         "auto lookup", "takes one texel's word for a thin caster", LOOKUP,
-        "ninths >= 4u", "ninths >= 0u", ("pytest", "tests/test_stress.py", "-k", "needles"),
+        "ninths >= 4u", "ninths >= 0u", LOOKUPS,
     ),
     Mutant(
         "auto lookup", "asks few texels where triangles are large", LOOKUP,
         "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING_OF_SMALL", LOOKUPS,
+    ),
+    Mutant(
+        "turns", "the scene's edges have no say", ACROSS,
+        "0.5 * area.ln() + EDGES_WORTH * alignment", "0.5 * area.ln()",
+        ("pytest", "tests/test_fits.py"),
+    ),
+    Mutant(
+        "turns", "two planes of three count for a cube", ACROSS,
+        "edges.alignment(x, y) + edges.alignment(y, z)", "edges.alignment(x, y)",
+        ("pytest", "tests/test_fits.py", "-k", "turned_cube"),
     ),
     Mutant(
         "texels of a tile", "the last column is left out", TILES,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import lixel as lx
@@ -81,6 +82,32 @@ def test_a_hilly_land_has_no_shadow_at_noon(method, lookup):
         judged = lx.compare(lx.render(land, camera, noon, made), truth)
         # Of some 100,000; hundreds where a texel's bias knows nothing of how far it reaches.
         assert judged.false_shadow_count <= 10
+
+
+@pytest.mark.parametrize("direction", [(0.2, -1, 0.1), (0.6, -1, 0.3)])
+def test_what_one_row_of_texels_saw_is_no_shadow_beside_it(direction):
+    """Slats a fifth of a texel wide: depth tests alone shadow the width of a texel."""
+    random = np.random.default_rng(0)
+    places = random.uniform((-4, 0.5, -4), (4, 1.5, 4), (40, 3))
+    angles = random.uniform(0, np.pi, 40)
+    along = np.stack([np.cos(angles), np.zeros(40), np.sin(angles)], axis=1)
+    across = np.stack([-np.sin(angles), np.zeros(40), np.cos(angles)], axis=1) * 0.01
+    slats = [places + i * along + j * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    floor = np.array([[(-5, 0, -5), (5, 0, -5), (5, 0, 5), (-5, 0, 5)]], dtype=float)
+    quads = np.concatenate([floor, np.stack(slats, axis=1)]).reshape(-1, 3)
+    faces = 4 * np.arange(41)[:, None, None] + np.array([(0, 1, 2), (0, 2, 3)])
+    scene = lx.Scene(quads, faces.reshape(-1, 3))
+    camera = lx.Camera.look_at((0, 12, 0.1), (0, 0, 0), yfov=0.8, width=480, height=480)
+    view = scene, camera, lx.DirectionalLight(direction)
+    truth = lx.reference(*view)
+    false_shadow = {
+        lookup: lx.compare(
+            lx.render(*view, lx.DesiredView(resolution=100, lookup=lookup)), truth
+        ).false_shadow_count
+        for lookup in ("auto", "depth")
+    }
+    assert false_shadow["auto"] < 10
+    assert false_shadow["depth"] > 1000
 
 
 def test_depth_lookup_stores_no_triangles(judged):
