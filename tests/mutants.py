@@ -185,8 +185,9 @@ MUTANTS = (
         ("pytest", "tests/test_fits.py"),
     ),
     Mutant(
-        "turns", "two planes of three count for a cube", ACROSS,
-        "edges.alignment(x, y) + edges.alignment(y, z)", "edges.alignment(x, y)",
+        "turns", "the scene's edges have no say for a cube", ACROSS,
+        "edges.alignment(x, y) + edges.alignment(y, z) + edges.alignment(z, x)",
+        "0.0 * (edges.alignment(x, y) + edges.alignment(y, z) + edges.alignment(z, x))",
         ("pytest", "tests/test_fits.py", "-k", "turned_cube"),
     ),
     Mutant(
