@@ -1,7 +1,6 @@
 //! Which way the edges of the scene's triangles run.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Triangles that are asked at most; of larger scenes one in so many.
 const MOST_TRIANGLES: usize = 1 << 16;
@@ -19,30 +18,14 @@ impl EdgeDirections {
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         // Odd, since grids list their triangles in pairs.
         let step = triangles.len().div_ceil(MOST_TRIANGLES) | 1;
-        let sampled: Vec<_> = triangles.iter().step_by(step).collect();
-        let parts: Vec<Self> = sampled
-            .par_chunks(4096)
-            .map(|triangles| {
-                let mut sum = Self::default();
-                for triangle in triangles {
-                    let corners = triangle.map(|i| vertices[i as usize]);
-                    for i in 0..3 {
-                        sum.add(corners[(i + 1) % 3] - corners[i]);
-                    }
-                }
-                sum
-            })
-            .collect();
-        // One after the other: the same sum at every run.
-        let mut all = Self::default();
-        for part in parts {
-            for (sums, of_part) in all.moments.iter_mut().zip(part.moments) {
-                for (sum, moment) in sums.iter_mut().zip(of_part) {
-                    *sum += moment;
-                }
+        let mut sum = Self::default();
+        for triangle in triangles.iter().step_by(step) {
+            let [a, b, c] = triangle.map(|i| vertices[i as usize]);
+            for edge in [b - a, c - b, a - c] {
+                sum.add(edge);
             }
         }
-        all
+        sum
     }
 
     fn add(&mut self, edge: DVec3) {

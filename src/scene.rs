@@ -4,6 +4,7 @@ use crate::edge_directions::EdgeDirections;
 use crate::error::{Result, ensure_value};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Triangles in world space. Every triangle casts and receives, from both sides.
 #[derive(Debug, Clone)]
@@ -21,7 +22,8 @@ struct Derived {
     unit_normals: Vec<Vec3>,
     bounds: (DVec3, DVec3),
     degenerate_count: usize,
-    edge_directions: EdgeDirections,
+    /// Found when it is asked for: not every frame has a map.
+    edge_directions: OnceLock<EdgeDirections>,
 }
 
 impl Scene {
@@ -97,7 +99,8 @@ impl Scene {
     }
 
     pub fn edge_directions(&self) -> &EdgeDirections {
-        &self.derived.edge_directions
+        let found = || EdgeDirections::new(&self.vertices, &self.triangles);
+        self.derived.edge_directions.get_or_init(found)
     }
 
     /// Counts the calls of `update_vertices`.
@@ -153,7 +156,7 @@ impl Derived {
             unit_normals,
             bounds,
             degenerate_count,
-            edge_directions: EdgeDirections::new(vertices, triangles),
+            edge_directions: OnceLock::new(),
         })
     }
 }

@@ -19,6 +19,8 @@ from lixel.scenes import GENERATORS
 # Fewer triangles where the default has a million and more.
 ARGUMENTS = {"objects_on_floor": {"subdivisions": 3}, "terrain": {"cells": 300}}
 
+# Raised once: desired_view in colonnade. Maps turned across the scene's edges leave fewer wrong
+# pixels over suns and scenes, but not in this view (326 where an unturned map has 271).
 MOST_WRONG = {
     "uniform": {
         "plane_and_box": 4,
@@ -27,7 +29,7 @@ MOST_WRONG = {
         "city": 29,
         "grass": 8654,
         "needles": 2393,
-        "terrain": 499,
+        "terrain": 497,
     },
     "desired_view": {
         "plane_and_box": 4,
@@ -36,7 +38,7 @@ MOST_WRONG = {
         "city": 19,
         "grass": 7223,
         "needles": 2429,
-        "terrain": 497,
+        "terrain": 492,
     },
     "min_sm": {
         "plane_and_box": 4,
@@ -99,7 +101,7 @@ MOST_WRONG = {
         "city": 13,
         "grass": 814,
         "needles": 1196,
-        "terrain": 246,
+        "terrain": 244,
     },
     "rtw": {
         "plane_and_box": 4,

@@ -52,9 +52,13 @@ pub fn axes_for_scene(
     }
 }
 
-/// The six faces of a cube around a point, each with the pyramid that it is for, two along each of its axes,
-/// which are the columns of `cube`.
-pub fn cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+/// The six faces of a cube around a point, each with the pyramid that it is for: +X, -X, +Y, -Y, +Z, -Z.
+pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+    turned_cube_faces(position, DMat3::IDENTITY, scene)
+}
+
+/// The same of a cube whose axes are the columns of `cube`.
+pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
     let directions = [DVec3::X, DVec3::Y, DVec3::Z];
     let both_ways = directions.into_iter().flat_map(|axis| [axis, -axis]);
     let faces = both_ways.map(|direction| {
@@ -218,8 +222,8 @@ mod tests {
         ] {
             let point = position + direction;
             for layers in [
-                cube_faces(position, DMat3::IDENTITY, SCENE),
-                cube_faces(position, turned, SCENE),
+                cube_faces(position, SCENE),
+                turned_cube_faces(position, turned, SCENE),
                 hemispheres(position, DVec3::new(0.6, 0.0, 0.8), SCENE),
             ] {
                 let own: Vec<_> = layers

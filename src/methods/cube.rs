@@ -11,7 +11,7 @@
 //! angle of those in its middle.
 
 use super::across_edges::cube_across_edges;
-use super::central_fit::cube_faces;
+use super::central_fit::turned_cube_faces;
 use super::fit::{Cut, cut_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
@@ -67,6 +67,6 @@ impl ShadowMethod for Cube {
 /// The faces that receivers fall in, of a cube along `axes`. Submits what was recorded so far.
 pub fn fit_cube(view: &mut View, axes: DMat3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     let position = view.light_position(Cube::NAME)?;
-    let faces = cube_faces(position, axes, view.scene.bounds());
+    let faces = turned_cube_faces(position, axes, view.scene.bounds());
     cut_layers(view, faces, cut, resolution)
 }

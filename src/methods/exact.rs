@@ -22,7 +22,6 @@ use crate::passes::importance_map::{Factors, Importance};
 use crate::passes::light_grid::{LARGEST_RESOLUTION, TILE};
 use crate::passes::warp_map::{Axis, CountFit, WarpMap};
 use crate::projection::Kind;
-use glam::DMat3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
@@ -120,7 +119,7 @@ impl Exact {
         {
             return cut_layers(
                 view,
-                cube_faces(position, DMat3::IDENTITY, scene),
+                cube_faces(position, scene),
                 Cut::Receivers,
                 FEWEST_TEXELS,
             );

@@ -166,7 +166,7 @@ pub fn layers_of_light(view: &View) -> Vec<Fitted> {
     match (view.light.position(), view.light.cone()) {
         (None, _) => vec![parallel_layer(view)],
         (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
-        (Some(position), None) => cube_faces(position, DMat3::IDENTITY, scene),
+        (Some(position), None) => cube_faces(position, scene),
     }
 }
 

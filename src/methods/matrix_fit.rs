@@ -193,7 +193,7 @@ pub fn still_layers(
 fn faces(view: &View) -> Vec<Fitted> {
     let position = view.light.position();
     position.map_or_else(Vec::new, |position| {
-        cube_faces(position, DMat3::IDENTITY, view.scene.bounds())
+        cube_faces(position, view.scene.bounds())
     })
 }
 

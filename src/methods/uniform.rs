@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::passes::receivers;
 use crate::projection::Projection;
 use crate::scene::Scene;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +55,7 @@ impl ShadowMethod for Uniform {
                 vec![whole(layer, 1.001 * radius, resolution)]
             }
             (Some(position), None) => {
-                let faces = cube_faces(position, DMat3::IDENTITY, scene.bounds()).into_iter();
+                let faces = cube_faces(position, scene.bounds()).into_iter();
                 faces.map(|face| whole(face, 1.001, resolution)).collect()
             }
         };
