@@ -9,6 +9,7 @@
 // The importance of a receiver is a product of factors. Integer atomics: the same bytes at every run.
 #import projection
 #import lib/receivers
+#import lib/image_tiles
 #import warp
 
 struct Importance {
@@ -29,7 +30,6 @@ struct Importance {
 @group(0) @binding(6) var<storage, read> shadow_edges: array<f32>;
 @group(0) @binding(7) var<storage, read> boundary_weights: array<f32>;
 
-override rows_per_invocation: u32 = 1u;
 override uses_distance: bool = false;
 override uses_normal: bool = false;
 override uses_shadow_edge: bool = false;
@@ -75,16 +75,17 @@ fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, w
     return value;
 }
 
-@compute @workgroup_size(64)
-fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
+@compute @workgroup_size(IMAGE_TILE.x)
+fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let projection = projection_uniform;
     let importance = importance_uniform;
     let warp = load_warp();
+    let first = first_pixel(group, local);
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
-        if invocation.x < receivers.width && row < receivers.height {
-            let receiver = load_receiver(receivers, invocation.x, row);
+        let row = first.y + i;
+        if first.x < receivers.width && row < receivers.height {
+            let receiver = load_receiver(receivers, first.x, row);
             if receiver.faces_light {
                 let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
@@ -97,7 +98,7 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
                 }
                 let line = cell_at(place.x, importance.cells);
                 let cell = cell_at(place.y, importance.cells);
-                let pixel = vec2<u32>(invocation.x, row);
+                let pixel = vec2<u32>(first.x, row);
                 let weight = importance_of(importance, receiver, pixel, receivers.width, uv);
                 let counted = u32(round(weight * importance.unit));
                 atomicAdd(&importance_map[line * importance.cells + cell], counted);
@@ -106,22 +107,23 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
 }
 
-@compute @workgroup_size(64)
-fn maximum(@builtin(global_invocation_id) invocation: vec3<u32>) {
+@compute @workgroup_size(IMAGE_TILE.x)
+fn maximum(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let projection = projection_uniform;
     let importance = importance_uniform;
+    let first = first_pixel(group, local);
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
-        if invocation.x < receivers.width && row < receivers.height {
-            let receiver = load_receiver(receivers, invocation.x, row);
+        let row = first.y + i;
+        if first.x < receivers.width && row < receivers.height {
+            let receiver = load_receiver(receivers, first.x, row);
             if receiver.faces_light {
                 let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
                 let uv = texel / vec2<f32>(projection.size);
                 if any(abs(uv - 0.5) > vec2<f32>(OFF_THE_MAP)) {
                     continue;
                 }
-                let pixel = vec2<u32>(invocation.x, row);
+                let pixel = vec2<u32>(first.x, row);
                 let value = importance_of(importance, receiver, pixel, receivers.width, uv);
                 let cell = cell_at(uv.y, importance.cells) * importance.cells
                     + cell_at(uv.x, importance.cells);

@@ -15,13 +15,13 @@
 #import projection
 #import warp
 #import lib/receivers
+#import lib/image_tiles
 #import lib/edges
 #import stored
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
 @group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
 
-override rows_per_invocation: u32 = 1u;
 // Texels on each side of the receiver's own: 0, 1 or 2 for 1, 3 x 3 or 5 x 5.
 override reach: i32 = 0;
 override uses_triangles: bool = false;
@@ -30,8 +30,6 @@ override uses_depths: bool = true;
 override samples: u32 = 0u;
 // Whether the disc lies across the receiver's light ray, in world units, or in the warped map, in texels.
 override is_unwarped: bool = false;
-// Whether this is the first layer, which answers for the pixels that no layer holds.
-override is_first: bool = true;
 
 // What share of the depth tests must agree in `auto`, each by its bilinear weight. A triangle that several
 // texels hold is large, and its own test knows better where its shadow ends. Where most texels hold something
@@ -50,26 +48,19 @@ const NINE_OF_25: u32 = 0x739c0u;
 const TEXEL_REACH: f32 = 2.0;
 const DISC_REACH: f32 = 10000.0;
 
-const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
-
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
+@compute @workgroup_size(IMAGE_TILE.x)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let projection = projection_uniform;
     let warp = load_warp();
-    let column = invocation.x;
+    let first = first_pixel(group, local);
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
-        if column < receivers.width && row < receivers.height {
-            let receiver = load_receiver(receivers, column, row);
-            // A layer that a method left out, because no sample needed it, has no caster to be met.
-            var lit = select(0.0, 1.0, receiver.is_reached);
-            lit = select(bitcast<f32>(NO_SURFACE), lit, receiver.is_seen);
+        let row = first.y + i;
+        if first.x < receivers.width && row < receivers.height {
+            let receiver = load_receiver(receivers, first.x, row);
             if receiver.faces_light {
-                lit = lit_share(receivers, projection, warp, receiver);
-            }
-            if is_first || receiver.faces_light {
-                visibility[row * receivers.width + column] = lit;
+                let lit = lit_share(receivers, projection, warp, receiver);
+                visibility[row * receivers.width + first.x] = lit;
             }
         }
     }

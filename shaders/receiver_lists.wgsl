@@ -1,7 +1,6 @@
 // Receivers sorted into the texels of the light's grid, by counting (Johnson et al., "The irregular
 // Z-buffer", ACM TOG 24(4), 2005; Aila and Laine, "Alias-free shadow maps", EGSR 2004).
 //
-//   begin     the image before any caster;
 //   count     each receiver takes a number in its texel. Most of those in shadow are settled first, by the
 //             triangle that a shadow map holds where they are, and take none;
 //   sum, scan, place      prefix sums: where each texel's list begins;
@@ -10,6 +9,7 @@
 //
 // The order within a list changes from run to run. No answer depends on it.
 #import lib/receivers
+#import lib/image_tiles
 #import lib/light_grid
 #import lib/receiver_ray
 #import warp
@@ -40,35 +40,11 @@ struct ListCounters {
     longest_list: atomic<u32>,
 }
 
-// Whether `count` also begins the image: where one layer has all receivers.
-override begins: bool = true;
-override rows_per_invocation: u32 = 1u;
-
-const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
 const NOWHERE: u32 = 0xffffffffu;
 const FAR: f32 = 3.0e38;
 // Texels that an invocation adds up.
 const SEGMENT: u32 = 256u;
 const SCAN_GROUP: u32 = 256u;
-
-// Lit until a caster says no.
-fn unanswered(receiver: Receiver) -> f32 {
-    let unlit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
-    return select(unlit, 1.0, receiver.faces_light);
-}
-
-@compute @workgroup_size(64)
-fn begin(@builtin(global_invocation_id) invocation: vec3<u32>) {
-    let receivers = receivers_uniform;
-    let column = invocation.x;
-    for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
-        if column < receivers.width && row < receivers.height {
-            let receiver = load_receiver(receivers, column, row);
-            visibility[row * receivers.width + column] = unanswered(receiver);
-        }
-    }
-}
 
 // Whether receivers that the shadow map settles are left out of the lists.
 override settles: bool = true;
@@ -90,17 +66,17 @@ fn is_settled(grid: LightGrid, receiver: Receiver, linear: vec2<f32>) -> bool {
     return is_hit;
 }
 
-@compute @workgroup_size(64)
-fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
+@compute @workgroup_size(IMAGE_TILE.x)
+fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let column = invocation.x;
+    let first = first_pixel(group, local);
     let size = vec2<f32>(f32(grid.size));
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
-        if column < receivers.width && row < grid.row_count {
-            let receiver = load_receiver(receivers, column, grid.first_row + row);
+        let row = first.y + i;
+        if first.x < receivers.width && row < grid.row_count {
+            let receiver = load_receiver(receivers, first.x, grid.first_row + row);
             var place = pair(NOWHERE, 0u);
             let q = grid_from_offset(grid, receiver.ray * receiver.depth);
             let linear = linear_from_grid(grid, q) / size;
@@ -111,10 +87,9 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>) {
                 let index = texel.y * grid.size + texel.x;
                 place = pair(index, atomicAdd(&counts[index], 1u));
             }
-            places[row * receivers.width + column] = place;
-            if begins || is_hit {
-                let unsettled = unanswered(receiver);
-                visibility[(grid.first_row + row) * receivers.width + column] = select(unsettled, 0.0, is_hit);
+            places[row * receivers.width + first.x] = place;
+            if is_hit {
+                visibility[(grid.first_row + row) * receivers.width + first.x] = 0.0;
             }
         }
     }
@@ -189,25 +164,25 @@ fn place(@builtin(global_invocation_id) invocation: vec3<u32>) {
 
 // ---- scatter ----
 
-@compute @workgroup_size(64)
-fn scatter(@builtin(global_invocation_id) invocation: vec3<u32>) {
+@compute @workgroup_size(IMAGE_TILE.x)
+fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let grid = light_grid_uniform;
-    let column = invocation.x;
+    let first = first_pixel(group, local);
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = invocation.y * rows_per_invocation + i;
-        if column < receivers.width && row < grid.row_count {
-            let known = places[row * receivers.width + column];
+        let row = first.y + i;
+        if first.x < receivers.width && row < grid.row_count {
+            let known = places[row * receivers.width + first.x];
             let texel = first_of(known);
             if texel != NOWHERE {
-                let receiver = load_receiver(receivers, column, grid.first_row + row);
+                let receiver = load_receiver(receivers, first.x, grid.first_row + row);
                 let point = receiver.ray * receiver.depth;
                 let q = grid_from_offset(grid, point);
                 let margin = margin_of_receiver(receiver, point);
                 let slot = starts[texel] + second_of(known);
                 listed[2u * slot] = pair(bitcast<u32>(q.x), bitcast<u32>(q.y));
                 listed[2u * slot + 1u] = pair(bitcast<u32>(q.z), receiver.triangle);
-                details[slot] = pair(bitcast<u32>(margin), (grid.first_row + row) * receivers.width + column);
+                details[slot] = pair(bitcast<u32>(margin), (grid.first_row + row) * receivers.width + first.x);
             }
         }
     }

@@ -70,7 +70,6 @@ struct DrawArguments {
 override vertices_per_side: u32 = 6u;
 
 const GROUP: u32 = 64u;
-const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
 const NOTHING: u64 = 0xfffffffflu;     // triangle of a pixel without a point, inverted
 // The rasterizer rounds corners to a fraction of a pixel, so that a triangle may cover a pixel beyond its
 // edge. One that is nearer than the point by this share of the depth is such a triangle.

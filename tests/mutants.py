@@ -63,6 +63,7 @@ TABLES = "shaders/warp_map.wgsl"
 BANDS = "shaders/rasterize_bands.wgsl"
 TILES = "shaders/lib/tiles.wgsl"
 COVERAGE = "shaders/lib/coverage.wgsl"
+IMAGE_TILES = "shaders/image_tiles.wgsl"
 RAY = "shaders/lib/shadow_ray.wgsl"
 CASTERS = "shaders/caster_tests.wgsl"
 TRUTH = "src/reference.rs"
@@ -178,6 +179,16 @@ MUTANTS = (
     Mutant(
         "auto lookup", "asks few texels where triangles are large", LOOKUP,
         "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING_OF_SMALL", LOOKUPS,
+    ),
+    Mutant(
+        "image tiles", "end at their nearest receiver", IMAGE_TILES,
+        "max(rates * depths.x, rates * depths.y)", "rates * depths.x",
+        ("pytest", "tests/test_image_tiles.py"),
+    ),
+    Mutant(
+        "image tiles", "are narrower than they are", IMAGE_TILES,
+        "min(first + IMAGE_TILE, vec2<u32>(receivers.width, receivers.height))",
+        "first + vec2<u32>(1u)", ("pytest", "tests/test_image_tiles.py"),
     ),
     Mutant(
         "turns", "the scene's edges have no say", ACROSS,

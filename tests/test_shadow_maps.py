@@ -508,7 +508,7 @@ def test_a_stage_that_is_not_needed_has_no_time():
     assert "receivers" not in uniform.timings
     assert "receivers" in uniform.stats["skipped"]
     fitted = lx.render(scene, camera, light, "desired_view")
-    assert set(fitted.timings) == {"receivers", "shadow map", "lookup"}
+    assert set(fitted.timings) == {"image tiles", "receivers", "shadow map", "lookup"}
     assert fitted.stats["skipped"] == ["visibility"]
 
 

@@ -28,8 +28,6 @@ struct Counters {
 // Some drivers end a loop in silence after 65,535 iterations.
 override most_steps: u32 = 65000u;
 
-const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
-
 // A ray in the boxes' space: where it starts, its direction without zeros, and its length. A light at
 // infinity is beyond every box.
 struct SearchRay {

@@ -41,9 +41,7 @@ override has_region: bool = false;
 
 struct Receiver {
     is_seen: bool,
-    // Whether it is in shadow only where a caster is met: it faces the light and is in its cone.
-    is_reached: bool,
-    // Whether it is to be tested: that, and in the layer's region.
+    // Whether it is to be tested: it faces the light, is in its cone and in the layer's region.
     faces_light: bool,
     q: vec3<f32>,               // position in the light's projection space
     normal: vec3<f32>,          // unit, in world axes, by the triangle's winding
@@ -52,6 +50,8 @@ struct Receiver {
     depth: f32,                 // along the viewing direction
     triangle: u32,
 }
+
+const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
 
 // `column` and `row` of a pixel inside the image.
 fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
@@ -68,12 +68,11 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
         let from_eye = ray * z;
         let from_light = receivers.from_light + receivers.is_local * from_eye;
         // The camera and the light see the same side of the triangle.
-        receiver.is_reached = dot(normal, ray) * dot(normal, from_light) > 0.0;
+        receiver.faces_light = dot(normal, ray) * dot(normal, from_light) > 0.0;
         if has_cone {
             let along = dot(from_light, receivers.cone_axis);
-            receiver.is_reached = receiver.is_reached && along >= receivers.cone_cosine * length(from_light);
+            receiver.faces_light = receiver.faces_light && along >= receivers.cone_cosine * length(from_light);
         }
-        receiver.faces_light = receiver.is_reached;
         if has_region {
             let point = vec4<f32>(from_eye, 1.0);
             let sides = vec4<f32>(

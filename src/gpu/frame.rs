@@ -86,6 +86,8 @@ pub enum Groups<'a> {
     /// Columns and rows of workgroups.
     Grid(u32, u32),
     Indirect(&'a wgpu::Buffer),
+    /// The same, from a byte of the buffer on.
+    IndirectAt(&'a wgpu::Buffer, u64),
 }
 
 impl Frame {
@@ -192,6 +194,9 @@ impl Frame {
                 }
                 Groups::Grid(columns, rows) => pass.dispatch_workgroups(columns, rows, 1),
                 Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+                Groups::IndirectAt(buffer, start) => {
+                    pass.dispatch_workgroups_indirect(buffer, start);
+                }
             }
         }
         drop(pass);

@@ -195,10 +195,14 @@ pub fn frustum_corners(camera: &Camera, depths: (f64, f64)) -> [DVec3; 8] {
 pub fn smallest_cone_axis(directions: &[DVec3]) -> Option<DVec3> {
     let mut middle = directions.iter().sum::<DVec3>() / directions.len().max(1) as f64;
     for step in 1..=200 {
-        let farthest = directions
-            .iter()
-            .max_by(|a, b| middle.distance(**a).total_cmp(&middle.distance(**b)))?;
-        middle += (*farthest - middle) / f64::from(step + 1);
+        let mut farthest = (0.0, *directions.first()?);
+        for &direction in directions {
+            let distance = middle.distance_squared(direction);
+            if distance > farthest.0 {
+                farthest = (distance, direction);
+            }
+        }
+        middle += (farthest.1 - middle) / f64::from(step + 1);
     }
     (middle.length() > 1e-3).then(|| middle.normalize())
 }

@@ -31,6 +31,7 @@ use crate::geometry::smallest_rectangle;
 use crate::passes::outline::Points;
 use crate::projection::{Kind, Projection};
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -163,9 +164,13 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
     let scene = view.scene.bounds();
     // Around a light in the view one map past the hemisphere is coarser than two.
     let chooses_axis = cut == Cut::Receivers && !is_in_frustum(view, light, (0.0, f64::INFINITY));
-    let (points, most, tried) = match chooses_axis {
-        true => (Points::Samples, WIDEST_RECTANGLE, AXES),
-        false => (Points::Extremes, WIDEST, 0),
+    let (most, tried) = match chooses_axis {
+        true => (WIDEST_RECTANGLE, AXES),
+        false => (WIDEST, 0),
+    };
+    let points = match cut {
+        Cut::Frustum | Cut::Cone => Points::Extremes,
+        Cut::Receivers => Points::Samples,
     };
     // Directions to receivers, from a first paraboloid along the view.
     let first = axes_for_scene(Kind::Paraboloid, light, view.camera.forward, scene);
@@ -182,6 +187,14 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
         Cut::Receivers => finest_axes(axes_along, axis, tried, &directions),
     };
     let layer = Fitted::everywhere(finest.unwrap_or_else(|| axes_along(axis)));
+    // Some receivers often tell that one map does not hold them all.
+    let is_outside = |direction: &DVec3| {
+        let place = layer.projection.texel_from_point(light + *direction);
+        place.truncate().abs().max_element() > most
+    };
+    if directions.iter().any(is_outside) {
+        return fit_dual_paraboloid(view, fit::Cut::Receivers, resolution);
+    }
     let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
         return Ok(vec![]);
     };
@@ -211,7 +224,7 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
 /// finer away from it: those in the plane's place r have 2 / (1 + r²) of the angle of those at the rim. Most
 /// pixels see what is far from the light, and there an axis that looks past them has its fine texels.
 fn finest_axes(
-    axes_along: impl Fn(DVec3) -> Projection,
+    axes_along: impl Fn(DVec3) -> Projection + Send + Sync,
     first: DVec3,
     count: u32,
     directions: &[DVec3],
@@ -221,28 +234,28 @@ fn finest_axes(
         .max(1);
     let samples: Vec<_> = directions.iter().copied().step_by(step).collect();
     let tried = (0..count).map(|i| spiral_direction(i, count));
-    let fitted = std::iter::once(first)
-        .chain(tried)
-        .map(axes_along)
-        .filter_map(|axes| {
-            let places = samples
-                .iter()
-                .map(|&d| axes.texel_from_point(axes.origin + d).truncate());
-            let places: Vec<_> = places.collect();
-            let mut angles = 0.0;
-            for place in &places {
-                let squared = place.length_squared();
-                // The direction that is opposite to the axis gives no number.
-                if squared.is_nan() || squared > FARTHEST * FARTHEST {
-                    return None;
-                }
-                angles += 2.0 / (1.0 + squared);
+    let tried: Vec<_> = std::iter::once(first).chain(tried).collect();
+    let fitted = tried.into_par_iter().map(axes_along).filter_map(|axes| {
+        let places = samples
+            .iter()
+            .map(|&d| axes.texel_from_point(axes.origin + d).truncate());
+        let places: Vec<_> = places.collect();
+        let mut angles = 0.0;
+        for place in &places {
+            let squared = place.length_squared();
+            // The direction that is opposite to the axis gives no number.
+            if squared.is_nan() || squared > FARTHEST * FARTHEST {
+                return None;
             }
-            let rectangle = smallest_rectangle(&places)?;
-            let width = rectangle.half.x + rectangle.half.y;
-            Some((width * angles, turned(&axes, rectangle.axis)))
-        });
-    let finest = fitted.min_by(|a, b| a.0.total_cmp(&b.0));
+            angles += 2.0 / (1.0 + squared);
+        }
+        let rectangle = smallest_rectangle(&places)?;
+        let width = rectangle.half.x + rectangle.half.y;
+        Some((width * angles, turned(&axes, rectangle.axis)))
+    });
+    // In their order, so that the first of several is the same at every run.
+    let fitted: Vec<_> = fitted.collect();
+    let finest = fitted.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     finest.map(|(_, axes)| axes)
 }
 

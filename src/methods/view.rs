@@ -10,6 +10,7 @@ use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::skips;
 use crate::light::Light;
 use crate::passes::boundary::{self, BoundaryWeights};
+use crate::passes::image_tiles::{self, Begun, ImageTiles};
 use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
 use crate::passes::light_grid::LightGrid;
 use crate::passes::lookup::{self, Comparison, Looked};
@@ -55,6 +56,7 @@ pub struct View<'a> {
     skipped: Vec<&'static str>,
     skipped_layers: usize,
     measures: Vec<(&'static str, f64)>,
+    begun: Option<Begun>,
 }
 
 /// Pixels, where a method counts them.
@@ -166,7 +168,43 @@ impl<'a> View<'a> {
             skipped: Vec::new(),
             skipped_layers: 0,
             measures: Vec::new(),
+            begun: None,
         }
+    }
+
+    /// The visibility image before any caster, and its tiles.
+    fn begun(&mut self) -> Result<&mut Begun> {
+        let begun = match self.begun.take() {
+            Some(begun) => begun,
+            None => {
+                let region = &Region::EVERYWHERE;
+                let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+                image_tiles::begin(&mut self.frame, seen)?
+            }
+        };
+        Ok(self.begun.insert(begun))
+    }
+
+    /// The image itself, once for each time that it is answered.
+    fn begun_image(&mut self) -> Result<PooledBuffer> {
+        if let Some(image) = self.begun()?.visibility.take() {
+            return Ok(image);
+        }
+        self.begun = None;
+        let image = self.begun()?.visibility.take();
+        Ok(image.expect("nobody took it yet"))
+    }
+
+    /// The tiles of the image that may hold receivers of a region; `None`: all of them.
+    fn image_tiles(&mut self, region: &Region) -> Result<Option<Arc<ImageTiles>>> {
+        if !skips() {
+            return Ok(None);
+        }
+        self.begun()?;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let (begun, frame) = (&mut self.begun, &mut self.frame);
+        let begun = begun.as_mut().expect("just begun");
+        begun.tiles(frame, seen, &mut self.pending_facts)
     }
 
     /// The light's position; an error where it is at infinity, which the method is not made for.
@@ -185,15 +223,21 @@ impl<'a> View<'a> {
     pub fn receiver_bounds(&mut self, layers: &[Fitted]) -> Result<Vec<Option<(DVec3, DVec3)>>> {
         let mut reads = Vec::new();
         for Fitted { projection, region } in layers {
-            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            let tiles = self.image_tiles(region)?;
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
+                .within(tiles.as_deref());
             reads.push(receivers::receivers(&mut self.frame, seen, projection)?);
         }
+        let seen = self.begun()?.seen.clone();
+        let seen = self.frame.read(Source::Kept(&seen), 1)?;
         let results = self.submit()?;
-        let mut counts = ReceiverCounts::default();
+        let mut counts = ReceiverCounts {
+            seen: results.take(&seen)?[0],
+            facing: 0,
+        };
         let mut boxes = Vec::new();
         for (read, Fitted { projection, .. }) in reads.iter().zip(layers) {
             let bounds: Bounds = results.take(read)?[0];
-            counts.seen = bounds.seen;
             counts.facing += bounds.facing;
             let in_world = DVec3::new(1.0, 1.0, projection.unit().recip());
             let corners = bounds.corners();
@@ -223,7 +267,9 @@ impl<'a> View<'a> {
         warp: Option<&WarpMap>,
     ) -> Result<ImportanceMap> {
         let Fitted { projection, region } = layer;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let tiles = self.image_tiles(region)?;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
+            .within(tiles.as_deref());
         let frame = &mut self.frame;
         importance_map::importance_map(frame, seen, projection, cells, importance, factors, warp)
     }
@@ -299,11 +345,26 @@ impl<'a> View<'a> {
         map: &MapParameters,
         plans: Vec<Plan>,
     ) -> Result<Recorded> {
-        let visibility = lookup::visibility_image(&self.frame, inputs.camera)?;
+        let is_image = std::ptr::eq(visibility_buffer, self.visibility_buffer);
+        // Receivers of no layer, which a method left out because no sample needed them, are lit.
+        let visibility = match is_image {
+            true => self.begun_image()?,
+            false => {
+                let region = &Region::EVERYWHERE;
+                let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
+                let begun = image_tiles::begin(&mut self.frame, seen)?;
+                begun.visibility.expect("nobody took it yet")
+            }
+        };
         let mut layers = Vec::new();
         for plan in plans {
             let Fitted { projection, region } = &plan.fitted;
-            let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
+            let tiles = match is_image {
+                true => self.image_tiles(region)?,
+                false => None,
+            };
+            let seen = receivers_in(&inputs, visibility_buffer, self.light, region)
+                .within(tiles.as_deref());
             let whole = Drawn {
                 projection,
                 warp: plan.warp.as_ref(),
@@ -327,8 +388,7 @@ impl<'a> View<'a> {
                 comparison: map.lookup,
                 bias: map.depth_bias(projection, rounding),
             };
-            let is_first = layers.is_empty();
-            lookup::lookup(&mut self.frame, seen, looked, &visibility, is_first);
+            lookup::lookup(&mut self.frame, seen, looked, &visibility);
             layers.push(Layer {
                 comparison: map.lookup,
                 texels: rasterized.texels,
@@ -361,13 +421,7 @@ impl<'a> View<'a> {
         if plans.is_empty() {
             return self.all_in_shadow();
         }
-        let visibility = lookup::visibility_image(&self.frame, self.camera)?;
-        let has_all = plans.len() == 1 && plans[0].fitted.region.is_everywhere();
-        if !has_all {
-            let region = &Region::EVERYWHERE;
-            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
-            receiver_lists::begin(&mut self.frame, seen, &visibility);
-        }
+        let visibility = self.begun_image()?;
         // As many rows of the image as one binding has room for.
         let row_bytes = RECEIVER_BYTES * u64::from(self.camera.width);
         let rows = (self.frame.gpu.largest_storage() / row_bytes).max(1);
@@ -375,7 +429,13 @@ impl<'a> View<'a> {
         for plan in plans {
             let Fitted { projection, region } = &plan.fitted;
             let warp = plan.warp.as_ref();
-            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+            // Pieces of the image have none.
+            let tiles = match rows == self.camera.height {
+                true => self.image_tiles(region)?,
+                false => None,
+            };
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
+                .within(tiles.as_deref());
             // The nearest casters, which settle most receivers that are in shadow.
             let map = projection.with_resolution(projection.width.min(MOST_MAP_TEXELS));
             let drawn = plain_map(&map);
@@ -394,7 +454,6 @@ impl<'a> View<'a> {
                     warp,
                     &rasterized.texels,
                     &visibility,
-                    has_all,
                 )?;
                 self.pending_facts.push(facts);
                 let (counters, facts) =
@@ -516,10 +575,7 @@ impl<'a> View<'a> {
     /// The frame where whatever is seen faces away from the light: there is nothing to look up.
     fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
-        let visibility = lookup::visibility_image(&self.frame, self.camera)?;
-        let region = &Region::EVERYWHERE;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
-        lookup::all_in_shadow(&mut self.frame, seen, &visibility)?;
+        let visibility = self.begun_image()?;
         Ok(Recorded {
             visibility,
             layers: vec![],
@@ -730,5 +786,6 @@ fn receivers_in<'a>(
         visibility_buffer,
         light,
         region,
+        tiles: None,
     }
 }

@@ -124,8 +124,8 @@ pub fn importance_map(
         ..Shader::new("importance_map")
     };
     let rows = frame.gpu.work_per_invocation(1, 32);
-    let mut constants = vec![("rows_per_invocation", f64::from(rows))];
-    constants.extend(seen.constants());
+    let mut constants = seen.constants().to_vec();
+    constants.extend(seen.tiles_constants(rows));
     constants.extend(factors.constants());
     let flag = |value| f64::from(u8::from(value));
     constants.extend([
@@ -137,6 +137,7 @@ pub fn importance_map(
     let boundary = factors.boundary.map_or(&*unused, |b| &*b.weights);
     let mut bindings = seen.bindings(&receivers).to_vec();
     bindings.extend([
+        seen.tiles_binding(),
         (0, buffer(&projected)),
         (1, buffer(&uniform)),
         (2, buffer(&map)),

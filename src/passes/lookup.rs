@@ -3,10 +3,7 @@
 use super::Receivers;
 use super::rasterize::Target;
 use super::warp_map::{self, WarpMap};
-use crate::camera::Camera;
-use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, buffer, table};
-use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 
@@ -95,20 +92,9 @@ pub struct Looked<'a> {
     pub bias: DepthBias,
 }
 
-/// The visibility image, its content undefined until the first layer was looked up. Per pixel,
-/// float32: 1 lit, 0 in shadow, in between with a filter, NaN where no surface is seen.
-pub fn visibility_image(frame: &Frame, camera: &Camera) -> Result<PooledBuffer> {
-    frame.storage("visibility image", 4 * camera.pixel_count() as u64)
-}
-
-/// Answers for the receivers of the layer; the first layer also for the pixels that none holds.
-pub fn lookup(
-    frame: &mut Frame,
-    seen: Receivers,
-    map: Looked,
-    visibility: &wgpu::Buffer,
-    is_first: bool,
-) {
+/// Answers for the receivers of the layer; the other pixels keep what they have. Per pixel, float32: 1 lit, 0 in
+/// shadow, in between with a filter.
+pub fn lookup(frame: &mut Frame, seen: Receivers, map: Looked, visibility: &wgpu::Buffer) {
     let Looked {
         projection,
         warp,
@@ -140,7 +126,6 @@ pub fn lookup(
     let rows = frame.gpu.work_per_invocation(1, 32);
     let flag = |value| f64::from(u8::from(value));
     let mut constants = vec![
-        ("rows_per_invocation", f64::from(rows)),
         ("reach", f64::from(comparison.reach)),
         ("uses_triangles", flag(comparison.triangles)),
         ("uses_depths", flag(comparison.depths)),
@@ -152,15 +137,16 @@ pub fn lookup(
             "is_unwarped",
             flag(filter.is_some_and(|filter| filter.is_unwarped)),
         ),
-        ("is_first", flag(is_first)),
         ("has_low_parts", flag(seen.scene.has_low_parts)),
     ];
     constants.extend(seen.constants());
+    constants.extend(seen.tiles_constants(rows));
     constants.extend(warp_map::constants(warp));
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     let scene = seen.scene;
     let mut bindings = seen.bindings(&uniform).to_vec();
     bindings.extend([
+        seen.tiles_binding(),
         (0, buffer(&projection)),
         (1, table(&scene.vertex_indices)),
         (2, table(&scene.positions_high)),
@@ -177,19 +163,4 @@ pub fn lookup(
             groups: seen.groups(rows),
         }],
     );
-}
-
-/// Answers where no receiver faces the light: no map is asked.
-pub fn all_in_shadow(frame: &mut Frame, seen: Receivers, visibility: &wgpu::Buffer) -> Result<()> {
-    let empty = frame.storage("empty shadow map", 4)?;
-    frame.clear(&empty);
-    let map = Looked {
-        projection: &Projection::from_camera(seen.camera),
-        warp: None,
-        texels: &empty,
-        comparison: Comparison::DEPTH,
-        bias: DepthBias::NONE,
-    };
-    lookup(frame, seen, map, visibility, true);
-    Ok(())
 }

@@ -5,6 +5,7 @@ pub mod blend_importance;
 pub mod boundary;
 pub mod caster_tests;
 pub mod forward_importance;
+pub mod image_tiles;
 pub mod importance_map;
 pub mod light_grid;
 pub mod light_rays;
@@ -35,6 +36,7 @@ use crate::projection::Projection;
 use crate::region::{MOST_HALF_SPACES, Region};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
+use image_tiles::{IMAGE_TILE, ImageTiles};
 
 /// As `Receivers` in `shaders/lib/receivers.wgsl`.
 #[repr(C)]
@@ -91,9 +93,16 @@ pub struct Receivers<'a> {
     pub visibility_buffer: &'a wgpu::Buffer,
     pub light: &'a Light,
     pub region: &'a Region,
+    /// Those of the region, where they are known; the passes that look at tiles look at all of the image
+    /// without them.
+    pub tiles: Option<&'a ImageTiles>,
 }
 
-impl Receivers<'_> {
+impl<'a> Receivers<'a> {
+    pub fn within(self, tiles: Option<&'a ImageTiles>) -> Self {
+        Self { tiles, ..self }
+    }
+
     /// The camera's pixels seen in the projection space of a light.
     fn uniform(&self, projection: &Projection) -> ReceiversUniform {
         let (camera, eye) = (self.camera, self.camera.eye);
@@ -111,15 +120,8 @@ impl Receivers<'_> {
             ]
             .map(|v| (v * unit) as f32)
         };
-        let position = self.light.position();
-        let from_light = match position {
-            Some(position) => eye - position,
-            None => -self.light.vector_from_point(eye),
-        };
+        let from_light = self.eye_from_light();
         let cone = self.light.cone();
-        // What float32 may round of a receiver's position.
-        let distances = self.scene.farthest(eye) + from_light.length();
-        let slack = 8.0 * f64::from(f32::EPSILON) * distances;
         ReceiversUniform {
             ray_x: ray_x.as_vec3().to_array(),
             width: camera.width,
@@ -131,10 +133,10 @@ impl Receivers<'_> {
             constant_bias: 0.0,
             slope_bias: 0.0,
             from_light: from_light.as_vec3().to_array(),
-            is_local: f32::from(u8::from(position.is_some())),
+            is_local: f32::from(u8::from(self.light.position().is_some())),
             cone_axis: cone.map_or([0.0; 3], |cone| cone.axis.as_vec3().to_array()),
             cone_cosine: cone.map_or(-1.0, |cone| cone.cosine as f32),
-            region: self.region.planes(eye, slack),
+            region: self.region.planes(eye, self.slack()),
             beam_bias: 0.0,
             receiver_plane: 0.0,
             filter_radius: 0.0,
@@ -143,6 +145,21 @@ impl Receivers<'_> {
             light_y: row(projection.y_axis),
             light_z: row(projection.z_axis),
         }
+    }
+
+    /// From the light to the eye; of a light at infinity a unit vector.
+    fn eye_from_light(&self) -> DVec3 {
+        let eye = self.camera.eye;
+        match self.light.position() {
+            Some(position) => eye - position,
+            None => -self.light.vector_from_point(eye),
+        }
+    }
+
+    /// What float32 may round of a receiver's position.
+    fn slack(&self) -> f64 {
+        let distances = self.scene.farthest(self.camera.eye) + self.eye_from_light().length();
+        8.0 * f64::from(f32::EPSILON) * distances
     }
 
     /// Bindings of `shaders/lib/receivers.wgsl`, with a buffer of `uniform`.
@@ -154,12 +171,30 @@ impl Receivers<'_> {
         ]
     }
 
-    /// Workgroups of 64 columns of the image, each invocation with so many rows.
-    fn groups(&self, rows_per_invocation: u32) -> Groups<'static> {
-        Groups::Grid(
-            self.camera.width.div_ceil(64),
-            self.camera.height.div_ceil(rows_per_invocation),
-        )
+    /// The binding of `shaders/lib/image_tiles.wgsl`.
+    fn tiles_binding(&self) -> Binding<'_> {
+        let unused = self.visibility_buffer;
+        (22, buffer(self.tiles.map_or(unused, |tiles| &tiles.listed)))
+    }
+
+    /// Workgroups of the layer's tiles, or of all of the image, each invocation with so many rows: a power of
+    /// two that divides a tile's.
+    fn groups(&self, rows_per_invocation: u32) -> Groups<'_> {
+        match self.tiles {
+            Some(tiles) => tiles.groups(rows_per_invocation),
+            None => Groups::Grid(
+                self.camera.width.div_ceil(IMAGE_TILE[0]),
+                self.camera.height.div_ceil(rows_per_invocation),
+            ),
+        }
+    }
+
+    /// Constants of `shaders/lib/image_tiles.wgsl`.
+    fn tiles_constants(&self, rows_per_invocation: u32) -> [(&'static str, f64); 2] {
+        [
+            ("has_tiles", f64::from(u8::from(self.tiles.is_some()))),
+            ("rows_per_invocation", f64::from(rows_per_invocation)),
+        ]
     }
 
     /// Constants of `shaders/lib/receivers.wgsl`.

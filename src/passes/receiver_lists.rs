@@ -1,5 +1,6 @@
 //! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
 
+use super::image_tiles::IMAGE_TILE;
 use super::light_grid::{LightGrid, TILE};
 use super::warp_map::{self, WarpMap};
 use super::{Facts, PendingFacts, Receivers};
@@ -43,29 +44,8 @@ fn shader(warp: Option<&WarpMap>) -> Shader {
     }
 }
 
-/// The image before any caster: 1 where the receiver faces the light, else 0, NaN where nothing is seen.
-/// `seen` has all receivers of the light.
-pub fn begin(frame: &mut Frame, seen: Receivers, visibility: &wgpu::Buffer) {
-    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
-    let receivers = frame.uniform("receivers", &receivers);
-    let rows = frame.gpu.work_per_invocation(1, 32);
-    let mut constants = vec![("rows_per_invocation", f64::from(rows))];
-    constants.extend(seen.constants());
-    let pipeline = frame
-        .gpu
-        .clone()
-        .pipeline(shader(None), "begin", &constants);
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings: [&seen.bindings(&receivers)[..], &[(16, buffer(visibility))]].concat(),
-            groups: seen.groups(rows),
-        }],
-    );
-}
-
-/// Lists the receivers of the grid's rows that the shadow map does not settle. With `begins` it begins their part of the image, too.
+/// Lists the receivers of the grid's rows that the shadow map does not settle. A layer for all receivers begins
+/// their part of the image, too. Tiles are of all rows.
 pub fn receiver_lists(
     frame: &mut Frame,
     seen: Receivers,
@@ -73,7 +53,6 @@ pub fn receiver_lists(
     warp: Option<&WarpMap>,
     shadow_map: &wgpu::Buffer,
     visibility: &wgpu::Buffer,
-    begins: bool,
 ) -> Result<(ReceiverLists, PendingFacts)> {
     let scene = seen.scene;
     let receivers = seen.uniform(&Projection::from_camera(seen.camera));
@@ -98,10 +77,10 @@ pub fn receiver_lists(
     let rows = gpu.work_per_invocation(1, 32);
     let flag = |value| f64::from(u8::from(value));
     let is_local = ("is_local", flag(seen.light.position().is_some()));
-    let mut constants = vec![("rows_per_invocation", f64::from(rows)), is_local];
+    let mut constants = vec![is_local];
     constants.extend(seen.constants());
+    constants.extend(seen.tiles_constants(rows));
     let scatter = gpu.pipeline(shader(None), "scatter", &constants);
-    constants.push(("begins", flag(begins)));
     constants.push(("settles", flag(skips())));
     constants.push(("has_low_parts", flag(scene.has_low_parts)));
     let count = gpu.pipeline(shader(warp), "count", &constants);
@@ -117,10 +96,16 @@ pub fn receiver_lists(
     let listed = (5, buffer(&lists.listed));
     let sums = (7, buffer(&sums));
     let counted_facts = (9, buffer(&counters));
-    let receivers = seen.bindings(&receivers);
-    let columns = seen.camera.width.div_ceil(64);
-    let image = || Groups::Grid(columns, grid.row_count.div_ceil(rows));
-    let mut count_bindings = receivers.to_vec();
+    let image = || match seen.tiles {
+        Some(tiles) => tiles.groups(rows),
+        None => Groups::Grid(
+            seen.camera.width.div_ceil(IMAGE_TILE[0]),
+            grid.row_count.div_ceil(rows),
+        ),
+    };
+    let mut receivers = seen.bindings(&receivers).to_vec();
+    receivers.push(seen.tiles_binding());
+    let mut count_bindings = receivers.clone();
     count_bindings.extend([
         grid_binding.clone(),
         (16, buffer(visibility)),
@@ -132,7 +117,7 @@ pub fn receiver_lists(
         places.clone(),
     ]);
     count_bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    let mut scatter_bindings = receivers.to_vec();
+    let mut scatter_bindings = receivers;
     scatter_bindings.extend([
         grid_binding.clone(),
         starts.clone(),

@@ -53,11 +53,15 @@ pub fn receiver_tiles(
         ..Shader::new("receiver_tiles")
     };
     let rows_per_invocation = frame.gpu.work_per_invocation(1, 32);
-    let mut constants = vec![("rows_per_invocation", f64::from(rows_per_invocation))];
-    constants.extend(seen.constants());
+    let constants = [
+        &seen.constants()[..],
+        &seen.tiles_constants(rows_per_invocation),
+    ]
+    .concat();
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     let mut bindings = seen.bindings(&receivers).to_vec();
     bindings.extend([
+        seen.tiles_binding(),
         (0, buffer(&projected)),
         (1, buffer(&uniform)),
         (2, buffer(&tiles)),

@@ -3,7 +3,7 @@
 
 use super::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
+use crate::gpu::frame::{Dispatch, Frame, Read, Source, buffer};
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
@@ -16,8 +16,6 @@ pub const LABEL: &str = "receivers";
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Bounds {
     extremes: [u32; 6],
-    /// Pixels that see a surface.
-    pub seen: u32,
     /// Pixels whose surface faces the light.
     pub facing: u32,
 }
@@ -43,9 +41,6 @@ fn float_from_ordered(bits: u32) -> f32 {
     })
 }
 
-/// Columns of a workgroup.
-const GROUP: u32 = 256;
-
 /// The size and the centre of the projection play no part.
 pub fn receivers(
     frame: &mut Frame,
@@ -58,27 +53,25 @@ pub fn receivers(
     let bounds = frame.storage("receiver bounds", size_of::<Bounds>() as u64)?;
     frame.clear(&bounds);
     // Rows that an invocation reduces before its workgroup does.
-    let rows = frame.gpu.work_per_invocation(16, 128);
-    let mut constants = vec![("rows_per_invocation", f64::from(rows))];
-    constants.extend(seen.constants());
+    let rows = frame.gpu.work_per_invocation(16, 32);
+    let constants = [&seen.constants()[..], &seen.tiles_constants(rows)].concat();
     let shader = Shader {
         projection: projection.shader(),
         ..Shader::new("receivers")
     };
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
+    let mut bindings = seen.bindings(&uniform).to_vec();
+    bindings.extend([
+        seen.tiles_binding(),
+        (0, buffer(&projected)),
+        (1, buffer(&bounds)),
+    ]);
     frame.pass(
         LABEL,
         &[Dispatch {
             pipeline: &pipeline,
-            bindings: [
-                &seen.bindings(&uniform)[..],
-                &[(0, buffer(&projected)), (1, buffer(&bounds))],
-            ]
-            .concat(),
-            groups: Groups::Grid(
-                seen.camera.width.div_ceil(GROUP),
-                seen.camera.height.div_ceil(rows),
-            ),
+            bindings,
+            groups: seen.groups(rows),
         }],
     );
     frame.read(Source::Taken(bounds), 1)
