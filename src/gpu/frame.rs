@@ -85,9 +85,8 @@ pub enum Groups<'a> {
     Linear(u64),
     /// Columns and rows of workgroups.
     Grid(u32, u32),
-    Indirect(&'a wgpu::Buffer),
-    /// The same, from a byte of the buffer on.
-    IndirectAt(&'a wgpu::Buffer, u64),
+    /// As a buffer says, from a byte of it on.
+    Indirect(&'a wgpu::Buffer, u64),
 }
 
 impl Frame {
@@ -193,8 +192,7 @@ impl Frame {
                     pass.dispatch_workgroups(count.div_ceil(rows) as u32, rows as u32, 1);
                 }
                 Groups::Grid(columns, rows) => pass.dispatch_workgroups(columns, rows, 1),
-                Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
-                Groups::IndirectAt(buffer, start) => {
+                Groups::Indirect(buffer, start) => {
                     pass.dispatch_workgroups_indirect(buffer, start);
                 }
             }

@@ -5,7 +5,6 @@ use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
-use crate::projection::Projection;
 
 pub const LABEL: &str = "boundary";
 
@@ -33,7 +32,7 @@ pub fn boundary(
     let marks = frame.storage(LABEL, size)?;
     let weights = frame.storage("boundary weights", size)?;
     // Which receivers face the light does not depend on a projection.
-    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
+    let receivers = seen.camera_uniform();
     let receivers = frame.uniform("receivers", &receivers);
     let gpu = frame.gpu.clone();
     let mark = gpu.pipeline(SHADER, "mark", &seen.constants());

@@ -9,7 +9,6 @@ use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::gpu::frame::{Frame, Read, Source, buffer, table};
 use crate::gpu::shaders::Shader;
-use crate::projection::Projection;
 
 pub const LABEL: &str = "caster tests";
 
@@ -30,7 +29,7 @@ pub fn caster_tests(
     let scene = seen.scene;
     let tests = frame.storage("number of tests", 4)?;
     frame.clear(&tests);
-    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
+    let receivers = seen.camera_uniform();
     let receivers = frame.uniform("receivers", &receivers);
 
     let shader = Shader {

@@ -7,7 +7,6 @@ use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
-use crate::projection::Projection;
 use crate::region::Region;
 use std::sync::Arc;
 
@@ -44,7 +43,7 @@ impl ImageTiles {
         debug_assert!(rows_per_invocation.is_power_of_two());
         let choice = u64::from(rows_per_invocation.ilog2());
         debug_assert!(choice < CHOICES);
-        Groups::IndirectAt(&self.groups, BYTES_OF_CHOICE * choice)
+        Groups::Indirect(&self.groups, BYTES_OF_CHOICE * choice)
     }
 }
 
@@ -64,7 +63,7 @@ pub fn begin(frame: &mut Frame, seen: Receivers) -> Result<Begun> {
     let visibility = frame.storage("visibility image", 4 * seen.camera.pixel_count() as u64)?;
     frame.clear(&depth_ranges);
     frame.clear(&count);
-    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
+    let receivers = seen.camera_uniform();
     let receivers = frame.uniform("receivers", &receivers);
     let shader = Shader::new("image_tiles");
     let pipeline = frame
@@ -128,7 +127,7 @@ impl Begun {
             listed: frame.storage(LABEL, 4 * count)?,
             groups: frame.storage("groups of tiles", BYTES_OF_CHOICE * CHOICES)?,
         };
-        let mut receivers = seen.uniform(&Projection::from_camera(seen.camera));
+        let mut receivers = seen.camera_uniform();
         receivers.rounding = seen.slack() as f32;
         let receivers = frame.uniform("receivers", &receivers);
         let shader = Shader::new("image_tiles");

@@ -147,6 +147,11 @@ impl<'a> Receivers<'a> {
         }
     }
 
+    /// The same for passes that need no projection of the light.
+    fn camera_uniform(&self) -> ReceiversUniform {
+        self.uniform(&Projection::from_camera(self.camera))
+    }
+
     /// From the light to the eye; of a light at infinity a unit vector.
     fn eye_from_light(&self) -> DVec3 {
         let eye = self.camera.eye;
@@ -180,11 +185,16 @@ impl<'a> Receivers<'a> {
     /// Workgroups of the layer's tiles, or of all of the image, each invocation with so many rows: a power of
     /// two that divides a tile's.
     fn groups(&self, rows_per_invocation: u32) -> Groups<'_> {
+        self.groups_of_rows(self.camera.height, rows_per_invocation)
+    }
+
+    /// The same, but of so many rows of the image where tiles are not known.
+    fn groups_of_rows(&self, rows: u32, rows_per_invocation: u32) -> Groups<'_> {
         match self.tiles {
             Some(tiles) => tiles.groups(rows_per_invocation),
             None => Groups::Grid(
                 self.camera.width.div_ceil(IMAGE_TILE[0]),
-                self.camera.height.div_ceil(rows_per_invocation),
+                rows.div_ceil(rows_per_invocation),
             ),
         }
     }

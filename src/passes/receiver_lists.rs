@@ -1,6 +1,5 @@
 //! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
 
-use super::image_tiles::IMAGE_TILE;
 use super::light_grid::{LightGrid, TILE};
 use super::warp_map::{self, WarpMap};
 use super::{Facts, PendingFacts, Receivers};
@@ -9,7 +8,6 @@ use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Gpu, skips};
-use crate::projection::Projection;
 
 pub const LABEL: &str = "receiver lists";
 
@@ -44,8 +42,8 @@ fn shader(warp: Option<&WarpMap>) -> Shader {
     }
 }
 
-/// Lists the receivers of the grid's rows that the shadow map does not settle. A layer for all receivers begins
-/// their part of the image, too. Tiles are of all rows.
+/// Lists the receivers of the grid's rows that the shadow map does not settle, in an image that was begun.
+/// Tiles are of all rows.
 pub fn receiver_lists(
     frame: &mut Frame,
     seen: Receivers,
@@ -55,7 +53,7 @@ pub fn receiver_lists(
     visibility: &wgpu::Buffer,
 ) -> Result<(ReceiverLists, PendingFacts)> {
     let scene = seen.scene;
-    let receivers = seen.uniform(&Projection::from_camera(seen.camera));
+    let receivers = seen.camera_uniform();
     let receivers = frame.uniform("receivers", &receivers);
     let grid_uniform = frame.uniform("light grid", grid);
     let pixels = u64::from(seen.camera.width) * u64::from(grid.row_count);
@@ -96,13 +94,7 @@ pub fn receiver_lists(
     let listed = (5, buffer(&lists.listed));
     let sums = (7, buffer(&sums));
     let counted_facts = (9, buffer(&counters));
-    let image = || match seen.tiles {
-        Some(tiles) => tiles.groups(rows),
-        None => Groups::Grid(
-            seen.camera.width.div_ceil(IMAGE_TILE[0]),
-            grid.row_count.div_ceil(rows),
-        ),
-    };
+    let image = || seen.groups_of_rows(grid.row_count, rows);
     let mut receivers = seen.bindings(&receivers).to_vec();
     receivers.push(seen.tiles_binding());
     let mut count_bindings = receivers.clone();

@@ -112,7 +112,7 @@ pub fn tessellate(
         dispatches.push(Dispatch {
             pipeline: &refine,
             bindings: joined(&shared, &[&unfinished, &(7, buffer(to))]),
-            groups: Groups::Indirect(&groups),
+            groups: Groups::Indirect(&groups, 0),
         });
     }
     frame.pass(label, &dispatches);

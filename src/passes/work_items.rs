@@ -179,14 +179,14 @@ pub fn record(
     ];
     let of_bin = match &prepare_bin {
         None => Groups::Linear(triangles.div_ceil(GROUP * u64::from(per_invocation))),
-        Some(_) => Groups::Indirect(&bin_groups),
+        Some(_) => Groups::Indirect(&bin_groups, 0),
     };
     let groups = [
         of_bin,
         Groups::Linear(1),
-        Groups::Indirect(&split_groups),
+        Groups::Indirect(&split_groups, 0),
         Groups::Linear(1),
-        Groups::Indirect(&walk_groups),
+        Groups::Indirect(&walk_groups, 0),
     ];
     let stages: Vec<_> = pipelines
         .iter()
