@@ -9,7 +9,7 @@
 // Texels along each side of a block of tiles.
 const SIDE_OF_BLOCK: i32 = 32;
 
-// The part of an item is a tile, x and y in 16 bits each.
+// The part of a coarse item is a tile, x and y in 16 bits each.
 fn name_of_tile(tile: vec2<i32>) -> u32 {
     return u32(tile.x) | (u32(tile.y) << 16u);
 }
@@ -21,20 +21,6 @@ fn tile_from_name(tile: u32) -> vec2<i32> {
 fn bound_of_tile(bound: Bound, tile: u32, side: i32) -> Bound {
     let corner = tile_from_name(tile) * side;
     return Bound(max(corner, bound.first), min(corner + side - 1, bound.last));
-}
-
-// Whether the triangle may cover a texel of the bound: no edge has all of it outside.
-fn may_cover(projection: Projection, warp: Warp, triangle: Triangle, bound: Bound) -> bool {
-    let size = vec2<f32>(projection.size);
-    let linear = linear_bound(warp, bound.first, bound.last, projection.size);
-    let middle = 0.5 * (linear.xy + linear.zw) * size - projection.centre;
-    let reach = 0.5 * (linear.zw - linear.xy) * size + 0.01;
-    let greatest = vec3<f32>(
-        greatest_of_edge(projection, triangle.edge0, middle, reach),
-        greatest_of_edge(projection, triangle.edge1, middle, reach),
-        greatest_of_edge(projection, triangle.edge2, middle, reach),
-    );
-    return all(greatest >= vec3<f32>(0.0));
 }
 
 // Where the number of casters is only known here.
@@ -66,13 +52,15 @@ fn bin(
         let extent = extent_in_map(projection, corners);
         let bound = bound_from_extent(projection, warp, extent);
         let size = bound.last - bound.first + 1;
-        if is_out_of_depth(projection, depths_of_triangle(corners.a, corners.b, corners.c)) {
+        let depths = depths_of_triangle(corners.a, corners.b, corners.c);
+        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_min));
+        if is_out_of_depth(projection, depths) {
             behind += 1u;
         } else if min(size.x, size.y) <= 0 {
             outside += 1u;
         } else if max(size.x, size.y) <= SIDE {
             if is_looked_at(projection, bound) {
-                append_item(id, WHOLE);
+                append_item(id, bits_of_part(job, bound.first / SIDE, whole_triangle(job), nearest));
             } else {
                 outside += 1u;
             }
@@ -111,23 +99,32 @@ fn split(
     let triangle = caster_from_corners(projection, item.triangle, corners).triangle;
     let extent = extent_in_map(projection, corners);
     let bound = bound_of_tile(bound_from_extent(projection, warp, extent), item.part, 1 << job.coarse_shift);
-    if !may_cover(projection, warp, triangle, bound) {
+    if !may_cover(projection, triangle, box_of_bound(projection, warp, bound)) {
         return;
     }
+    let size = vec2<i32>(projection.size);
     // Blocks of tiles first: most of a bound that reaches over a cube's edge holds nothing.
     let blocks = Bound(bound.first / SIDE_OF_BLOCK, bound.last / SIDE_OF_BLOCK);
     var block = blocks.first;
     while block.y <= blocks.last.y {
         let block_bound = bound_of_tile(bound, name_of_tile(block), SIDE_OF_BLOCK);
         let first = block_bound.first / SIDE;
-        let is_empty = !may_cover(projection, warp, triangle, block_bound);
+        let is_empty = !may_cover(projection, triangle, box_of_bound(projection, warp, block_bound));
         let last = select(block_bound.last / SIDE, first - 1, is_empty);
         var tile = first;
         while tile.y <= last.y {
-            let name = name_of_tile(tile);
-            let part = bound_of_tile(bound, name, SIDE);
-            if is_looked_at(projection, part) && may_cover(projection, warp, triangle, part) {
-                append_item(item.triangle, name);
+            let part = bound_of_tile(bound, name_of_tile(tile), SIDE);
+            let box = box_of_bound(projection, warp, part);
+            if is_looked_at(projection, part) && may_cover(projection, triangle, box) {
+                let nearest = stored_depth(projection, depths_in_box(projection, triangle, box).x);
+                append_item(item.triangle, bits_of_part(job, tile, 0u, nearest));
+            }
+            // Not an `if`, which a software driver would do for every tile.
+            let is_whole_tile = all(part.first == tile * SIDE) && all(part.last == min(part.first + SIDE, size) - 1);
+            var may_hide = culls_hidden && is_whole_tile;
+            while may_hide {
+                may_hide = false;
+                hide_behind(projection, triangle, box, tile);
             }
             tile.x += 1;
             if tile.x > last.x {
@@ -139,8 +136,4 @@ fn split(
             block = vec2<i32>(blocks.first.x, block.y + 1);
         }
     }
-}
-
-fn part_of_item(job: Job, part: u32) -> Part {
-    return Part(tile_from_name(part), ALL_BANDS);
 }

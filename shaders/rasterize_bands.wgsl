@@ -10,10 +10,9 @@
 // each in one band.
 #import lib/tiles
 
-// The part of an item is its band and, in the lowest bits, its tile.
 // Of a coarse item, whose part is the block's place in 16 bits each.
 const BLOCK_OF_BANDS: i32 = 16;
-const BLOCK_OF_COLUMNS: i32 = 128;
+const BLOCK_OF_COLUMNS: i32 = 64;
 
 // A triangle in the map before the warp.
 struct Unwarped {
@@ -122,7 +121,9 @@ fn bin(
         let extent = extent_in_map(projection, corners);
         let bound = warped_bound_of_extent(projection, warp, extent);
         let size = bound.last - bound.first + 1;
-        if is_out_of_depth(projection, depths_of_triangle(corners.a, corners.b, corners.c)) {
+        let depths = depths_of_triangle(corners.a, corners.b, corners.c);
+        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_min));
+        if is_out_of_depth(projection, depths) {
             behind += 1u;
         } else if min(size.x, size.y) <= 0 {
             outside += 1u;
@@ -131,7 +132,7 @@ fn bin(
             let columns = vec2<i32>(bound.first.x, bound.last.x) / BLOCK_OF_COLUMNS;
             if max(size.x, size.y) <= SIDE {
                 if is_looked_at(projection, bound) {
-                    append_item(id, WHOLE);
+                    append_item(id, bits_of_part(job, bound.first / SIDE, whole_triangle(job), nearest));
                 } else {
                     outside += 1u;
                 }
@@ -165,30 +166,37 @@ fn split(
     let corners = corners_of_caster(projection, item.triangle);
     let caster = caster_from_corners(projection, item.triangle, corners);
     let unwarped = unwarped_from_projected(projection, warp, caster.triangle, corners);
-    let bits = job.tile_bits;
     let place_of_block = vec2<i32>(vec2<u32>(item.part & 0xffffu, item.part >> 16u));
+    let size = vec2<i32>(projection.size);
     let block = place_of_block * vec2<i32>(BLOCK_OF_BANDS, BLOCK_OF_COLUMNS);
     let last_band = min(block.x + BLOCK_OF_BANDS - 1, unwarped.bands.y);
     for (var band = max(block.x, unwarped.bands.x); band <= last_band; band += 1) {
+        let heights = heights_in_band(projection, warp, unwarped.extent, band);
         var columns = columns_of_band(projection, warp, unwarped, band);
         columns = vec2<i32>(max(columns.x, block.y), min(columns.y, block.y + BLOCK_OF_COLUMNS - 1));
         while columns.x <= columns.y {
             let next = (columns.x / SIDE + 1) * SIDE;
-            let rows = rows_of_columns(projection, warp, unwarped, band, columns.x, min(next - 1, columns.y));
+            let last = min(next - 1, columns.y);
+            let is_wide = columns.x % SIDE == 0 && last == min(next, size.x) - 1;
+            let low = vec2<f32>(place_of_column(warp, u32(band), columns.x, projection.size), heights.x);
+            let high = vec2<f32>(place_of_column(warp, u32(band), last, projection.size), heights.y);
+            let box = Box(0.5 * (low + high) - projection.centre, 0.5 * (high - low) + 0.01);
+            let nearest = stored_depth(projection, depths_in_box(projection, caster.triangle, box).x);
+            let rows = rows_of_columns(projection, warp, unwarped, band, columns.x, last);
             for (var tile = rows.x / SIDE; tile * SIDE <= rows.y; tile += 1) {
                 let corner = vec2<i32>(columns.x / SIDE, tile) * SIDE;
                 if is_looked_at(projection, Bound(corner, corner)) {
-                    let place = u32(columns.x / SIDE) | (u32(tile) << bits.x);
-                    append_item(item.triangle, place | (u32(band) << (bits.x + bits.y)));
+                    append_item(item.triangle, bits_of_part(job, corner / SIDE, u32(band), nearest));
+                }
+                // Not an `if`, which a software driver would do for every tile.
+                var may_hide = culls_hidden && is_wide && rows.x <= corner.y;
+                while may_hide {
+                    may_hide = false;
+                    let whole = Bound(corner, min(corner + SIDE, size) - 1);
+                    hide_behind(projection, caster.triangle, box_of_bound(projection, warp, whole), corner / SIDE);
                 }
             }
             columns.x = next;
         }
     }
-}
-
-fn part_of_item(job: Job, part: u32) -> Part {
-    let bits = job.tile_bits;
-    let tile = vec2<u32>(part & ((1u << bits.x) - 1u), (part >> bits.x) & ((1u << bits.y) - 1u));
-    return Part(vec2<i32>(tile), part >> (bits.x + bits.y));
 }

@@ -20,6 +20,7 @@ struct Counters {
     coarse_tiles: u32,
     outside: u32,
     behind: u32,
+    hidden: u32,
     pieces: atomic<u32>,                // for the rasterizer, beyond their capacity too
     current: u32,                       // pieces of this round
     next: atomic<u32>,                  // and of the next one, beyond their capacity too

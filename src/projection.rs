@@ -369,6 +369,11 @@ impl Projection {
         }
     }
 
+    pub fn greatest_stored_depth(&self) -> f64 {
+        let (offset, scale) = self.depth_from_z();
+        (self.far - offset) * scale
+    }
+
     /// What the shaders' projection space is scaled by: products of three of its coordinates must
     /// stay within float32, whatever the world's unit of length. A power of two, which rounds nothing.
     pub fn unit(&self) -> f64 {

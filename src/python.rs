@@ -655,6 +655,7 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         pass.set_item("culled_by_depth", behind)?;
         pass.set_item("work_items", sum(|c| c.items))?;
         pass.set_item("coarse_items", sum(|c| c.coarse_items))?;
+        pass.set_item("hidden_items", sum(|c| c.hidden))?;
         result.set_item(label, pass)?;
     }
     for (label, facts) in &stats.facts {

@@ -42,6 +42,7 @@ LOOKUPS = (
     "-k",
     "auto or misclassified or noon or one_row",
 )
+HIDDEN = ("pytest", "tests/test_hidden_parts.py")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 
 
@@ -62,6 +63,7 @@ GRID = "shaders/warp/grid.wgsl"
 TABLES = "shaders/warp_map.wgsl"
 BANDS = "shaders/rasterize_bands.wgsl"
 TILES = "shaders/lib/tiles.wgsl"
+PARTS = "shaders/lib/parts.wgsl"
 COVERAGE = "shaders/lib/coverage.wgsl"
 IMAGE_TILES = "shaders/image_tiles.wgsl"
 RAY = "shaders/lib/shadow_ray.wgsl"
@@ -189,6 +191,24 @@ MUTANTS = (
         "image tiles", "are narrower than they are", IMAGE_TILES,
         "min(first + IMAGE_TILE, vec2<u32>(receivers.width, receivers.height))",
         "first + vec2<u32>(1u)", ("pytest", "tests/test_image_tiles.py"),
+    ),
+    Mutant(
+        "hidden parts", "what covers some of a tile hides all of it", PARTS,
+        "is_in_range && covers_all(projection, triangle, box)",
+        "is_in_range && may_cover(projection, triangle, box)", HIDDEN,
+    ),
+    Mutant(
+        "hidden parts", "what is behind the nearest point of a tile is hidden", PARTS,
+        "let key = ~bitcast<u32>(stored_depth(projection, depths.y));",
+        "let key = ~bitcast<u32>(stored_depth(projection, depths.x));", HIDDEN,
+    ),
+    Mutant(
+        "hidden parts", "a whole triangle ends where its first tile does", PARTS,
+        "select(part.tile, min(part.tile + 1u, tiles - 1u), part.is_whole)", "part.tile", HIDDEN,
+    ),
+    Mutant(
+        "hidden parts", "what is nearer than the near plane hides", PARTS,
+        "depths.x >= projection.z_min && depths.y <= projection.z_max", "true", HIDDEN,
     ),
     Mutant(
         "turns", "the scene's edges have no say", ACROSS,

@@ -9,7 +9,11 @@ struct Job {
     projection: Projection,
     triangle_count: u32,
     coarse_shift: u32,                  // binary logarithm of the side of a coarse tile
-    tile_bits: vec2<u32>,               // that a tile's column and row take in an item of a band
+    tile_bits: vec2<u32>,               // that a tile's column and row take in an item's part
+    band_bits: u32,                     // the same of a band
+    has_bands: u32,                     // 0 where a part is of all bands
+    steps_per_depth: f32,               // that stored depths are rounded down to in a part
+    last_step: f32,
 }
 
 // Load it once, before any loop, and pass it on: a software driver reads a uniform anew at each use.
@@ -26,6 +30,42 @@ fn extent_in_map(projection: Projection, corners: Corners) -> Extent {
     let extent = texels_of_triangle(projection, corners.a, corners.b, corners.c);
     let slack = 0.01 + 1e-6 * max(abs(extent.low), abs(extent.high));
     return Extent(extent.low - slack + projection.centre, extent.high + slack + projection.centre);
+}
+
+// A box of centred texels before the warp.
+struct Box {
+    middle: vec2<f32>,
+    reach: vec2<f32>,
+}
+
+// That the texels of a bound lie in, rounding included.
+fn box_of_bound(projection: Projection, warp: Warp, bound: Bound) -> Box {
+    let size = vec2<f32>(projection.size);
+    let linear = linear_bound(warp, bound.first, bound.last, projection.size);
+    return Box(
+        0.5 * (linear.xy + linear.zw) * size - projection.centre,
+        0.5 * (linear.zw - linear.xy) * size + 0.01,
+    );
+}
+
+fn greatest_of_edges(projection: Projection, edges: mat3x3<f32>, box: Box) -> vec3<f32> {
+    return vec3<f32>(
+        greatest_of_edge(projection, edges[0], box.middle, box.reach),
+        greatest_of_edge(projection, edges[1], box.middle, box.reach),
+        greatest_of_edge(projection, edges[2], box.middle, box.reach),
+    );
+}
+
+// Whether the triangle may cover a texel of the box: no edge has all of it outside.
+fn may_cover(projection: Projection, triangle: Triangle, box: Box) -> bool {
+    let edges = mat3x3<f32>(triangle.edge0, triangle.edge1, triangle.edge2);
+    return all(greatest_of_edges(projection, edges, box) >= vec3<f32>(0.0));
+}
+
+// Whether it covers every texel of the box: each edge has all of it inside.
+fn covers_all(projection: Projection, triangle: Triangle, box: Box) -> bool {
+    let edges = mat3x3<f32>(-triangle.edge0, -triangle.edge1, -triangle.edge2);
+    return all(greatest_of_edges(projection, edges, box) < vec3<f32>(0.0));
 }
 
 // The texels whose centres, at half-integers, are in an extent.
@@ -119,11 +159,14 @@ fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
     return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0;
 }
 
+fn stored_depth(projection: Projection, z: f32) -> f32 {
+    return (z - projection.depth_offset) * projection.depth_scale;
+}
+
 // Draws a texel that the caster covers, where its ray meets it in the range of depths.
 fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
     let z = clamp_to_nearest(depth_of_caster(caster, ray), projection.z_min);
     if z >= projection.z_min && z <= projection.z_max {
-        let depth = (z - projection.depth_offset) * projection.depth_scale;
-        store_texel(u32(texel.y) * projection.size.x + u32(texel.x), depth, id);
+        store_texel(u32(texel.y) * projection.size.x + u32(texel.x), stored_depth(projection, z), id);
     }
 }

@@ -31,6 +31,9 @@ struct Projection {
     place_from_texel: array<vec4<f32>, 3>,
 }
 
+// Farther than any depth.
+const FAR: f32 = 3e38;
+
 // A box of centred texels.
 struct Extent {
     low: vec2<f32>,

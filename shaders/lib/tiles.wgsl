@@ -1,28 +1,7 @@
 // The texels of a tile that a caster covers. A software driver pays some 500 cycles for a texel that is drawn
 // and for one that only might be. So which of them are covered is found first, from what eight columns and
 // eight rows share.
-#import lib/coverage
-
-// Of a tile, and the most texels of a bound along each side.
-const SIDE: i32 = 8;
-const FINE_SHIFT: u32 = 3u;
-
-// 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
-@group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
-override has_receiver_tiles: bool = false;
-
-// Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
-fn is_looked_at(projection: Projection, bound: Bound) -> bool {
-    if !has_receiver_tiles {
-        return true;
-    }
-    let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
-    let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
-    let columns = (projection.size.x + u32(SIDE) - 1u) >> FINE_SHIFT;
-    let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
-        | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
-    return marks != 0u;
-}
+#import lib/parts
 
 // Of eight columns or rows. An array with a variable index would be in memory.
 struct Places {
@@ -91,9 +70,6 @@ fn coverage_of_bound(
     return coverage;
 }
 
-// Every band of a bound.
-const ALL_BANDS: u32 = 0xffffffffu;
-
 // Draws the texels of a bound that the caster covers, in a band or in all.
 fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bound: Bound, only_band: u32) {
     let width = u32(bound.last.x - bound.first.x) + 1u;
@@ -129,15 +105,6 @@ fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bou
     }
 }
 
-// Stands for the whole triangle in the place of an item's part.
-const WHOLE: u32 = 0xffffffffu;
-
-// What another part means: `part_of_item` of the shader that imports this says it.
-struct Part {
-    tile: vec2<i32>,
-    band: u32,
-}
-
 fn bound_from_extent(projection: Projection, warp: Warp, extent: Extent) -> Bound {
     if IS_WARPED {
         return warped_bound_of_extent(projection, warp, extent);
@@ -156,18 +123,35 @@ fn walk(
     let warp = load_warp();
     let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
     let end = min(start + GROUP * items_per_invocation, item_count());
-    for (var index = start; index < end; index += GROUP) {
-        let item = items[index];
+    var hidden = 0u;
+    var index = start;
+    loop {
+        // The next item that is seen: so those that are not cost little.
+        var item: Item;
+        var part: Part;
+        var is_seen = false;
+        while !is_seen && index < end {
+            item = items[index];
+            part = part_from_bits(job, item.part);
+            is_seen = !is_hidden(job, part);
+            hidden += select(1u, 0u, is_seen);
+            index += GROUP;
+        }
+        if !is_seen {
+            break;
+        }
         let corners = corners_of_caster(projection, item.triangle);
         let caster = caster_from_corners(projection, item.triangle, corners);
-        let part = part_of_item(job, item.part);
-        let first = part.tile * SIDE;
+        let first = vec2<i32>(part.tile) * SIDE;
         var bound = Bound(first, min(first + SIDE, vec2<i32>(projection.size)) - 1);
         var band = part.band;
-        if item.part == WHOLE {
+        if part.is_whole {
             bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));
             band = ALL_BANDS;
         }
         draw_covered(projection, warp, caster, triangle_of_caster(item.triangle), bound, band);
+    }
+    if culls_hidden {
+        atomicAdd(&counters.hidden, hidden);
     }
 }

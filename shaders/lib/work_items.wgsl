@@ -14,6 +14,7 @@ struct Counters {
     coarse: atomic<u32>,
     outside: atomic<u32>,               // triangles that touch nothing of the map
     behind: atomic<u32>,                // triangles outside the range of depths
+    hidden: atomic<u32>,                // items that lie behind others
     pieces: u32,                        // from tessellate.wgsl
 }
 

@@ -54,6 +54,20 @@ fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
     return 1.0 / dot(plane, ray);
 }
 
+// Least and greatest depth of a plane in a box of centred texels, rounding included: on the unnormalized ray
+// it is the ray's length, 1 + place^2, over the plane's function.
+fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> vec2<f32> {
+    let range = vec2<f32>(
+        greatest_of_edge(projection, plane, middle, reach),
+        -greatest_of_edge(projection, -plane, middle, reach),
+    );
+    let nearest = max(abs(middle) - reach, vec2<f32>(0.0)) / projection.scale;
+    let farthest = (abs(middle) + reach) / projection.scale;
+    let lengths = vec2<f32>(1.0 + dot(nearest, nearest), 1.0 + dot(farthest, farthest));
+    let rounding = vec2<f32>(1.0 - 2e-6, 1.0 + 2e-6);
+    return select(vec2<f32>(FAR), lengths * rounding / range, range > vec2<f32>(0.0));
+}
+
 // Depth per texel of the plane through a point.
 fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
     let place = plane_from_projected(q);

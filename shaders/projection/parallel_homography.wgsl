@@ -48,6 +48,25 @@ fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
     return fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
 }
 
+// Least and greatest depth of a plane in a box of centred texels, rounding included. Along any line before the
+// horizon depth grows or falls all the way, so the extremes are at corners.
+fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> vec2<f32> {
+    let x = middle.x + reach.x * vec4<f32>(-1.0, 1.0, -1.0, 1.0);
+    let y = middle.y + reach.y * vec4<f32>(-1.0, -1.0, 1.0, 1.0);
+    let rows = projection.place_from_texel;
+    let line = plane.x * rows[0] + plane.y * rows[1] + plane.z * rows[2];
+    let sizes = abs(plane.x * rows[0]) + abs(plane.y * rows[1]) + abs(plane.z * rows[2]);
+    let w = rows[2].x * x + rows[2].y * y + rows[2].z;
+    let rounding = 4e-6 * (sizes.x * abs(x) + sizes.y * abs(y) + sizes.z);
+    let low = (line.x * x + line.y * y + line.z - rounding) / w;
+    let high = (line.x * x + line.y * y + line.z + rounding) / w;
+    let is_before_horizon = all(w > vec4<f32>(0.0));
+    return vec2<f32>(
+        select(-FAR, min(min(low.x, low.y), min(low.z, low.w)), is_before_horizon),
+        select(FAR, max(max(high.x, high.y), max(high.z, high.w)), is_before_horizon),
+    );
+}
+
 // How the place of a ray moves as its texel does by a step: the quotient's difference, in which
 // nothing cancels.
 fn place_step(projection: Projection, q: vec3<f32>, step: vec2<f32>) -> vec2<f32> {

@@ -36,6 +36,14 @@ fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
     return 1.0 / fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
 }
 
+// Least and greatest depth of a plane in a box of centred texels, rounding included.
+fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> vec2<f32> {
+    let inverse = dot(plane.xy, middle) + plane.z;
+    let rounding = 2e-6 * (dot(abs(plane.xy), abs(middle)) + abs(plane.z));
+    let range = inverse + (dot(abs(plane.xy), reach) + rounding) * vec2<f32>(1.0, -1.0);
+    return select(vec2<f32>(FAR), 1.0 / range, range > vec2<f32>(0.0));
+}
+
 // Depth per texel of the plane through a point.
 fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
     return -normal.xy * q.z * q.z / dot(normal, q);

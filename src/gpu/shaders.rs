@@ -29,6 +29,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/light_grid"),
     file!("lib/light_rays"),
     file!("lib/normals"),
+    file!("lib/parts"),
     file!("lib/pieces"),
     file!("lib/projection"),
     file!("lib/receiver_ray"),

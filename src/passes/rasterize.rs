@@ -40,6 +40,10 @@ struct JobUniform {
     triangle_count: u32,
     coarse_shift: u32,
     tile_bits: [u32; 2],
+    band_bits: u32,
+    has_bands: u32,
+    steps_per_depth: f32,
+    last_step: f32,
 }
 
 /// A map with its texels and, after the next submission, its counters.
@@ -50,6 +54,11 @@ pub struct Rasterized {
 
 /// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/tiles.wgsl`.
 pub const TILE_SHIFT: u32 = 3;
+
+/// Columns and rows of them.
+pub fn tiles_of_map(projection: &Projection) -> [u32; 2] {
+    [projection.width, projection.height].map(|side| side.div_ceil(1 << TILE_SHIFT))
+}
 
 /// A map to draw.
 #[derive(Clone, Copy)]
@@ -122,10 +131,11 @@ pub fn rasterize(
         })
     };
     let gpu = frame.gpu.clone();
-    let has_tiles = f64::from(u8::from(receiver_tiles.is_some()));
+    let flag = |is_on: bool| f64::from(u8::from(is_on));
     let mut constants = vec![
-        ("culls_by_depth", f64::from(u8::from(skips()))),
-        ("has_receiver_tiles", has_tiles),
+        ("culls_by_depth", flag(skips())),
+        ("culls_hidden", flag(skips() && pieces.is_none())),
+        ("has_receiver_tiles", flag(receiver_tiles.is_some())),
     ];
     constants.extend(warp_map::constants(warp));
     let mut per_invocation = gpu.work_per_invocation(1, 64);
@@ -144,6 +154,14 @@ pub fn rasterize(
         // must stay below 65,535 iterations.
         per_invocation = per_invocation.min(32);
     }
+    // A band that there is not stands for a whole triangle.
+    let band_bits = match has_bands {
+        true => u32::BITS - bands.leading_zeros(),
+        false => 1,
+    };
+    let depth_bits = u32::BITS - tile_bits[0] - tile_bits[1] - band_bits;
+    // Steps are told apart in float32 with room for rounding.
+    let last_step = f64::from((1u32 << depth_bits.min(16)) - 1);
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
     let coarse_side = longest_side.div_ceil(64);
@@ -152,6 +170,10 @@ pub fn rasterize(
         triangle_count: scene.triangle_count,
         coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
         tile_bits,
+        band_bits,
+        has_bands: u32::from(has_bands),
+        steps_per_depth: (last_step / projection.greatest_stored_depth()).max(0.0) as f32,
+        last_step: last_step as f32,
     };
     let job = frame.uniform("job", &job);
     let mut bin = vec![(0, buffer(&job))];
@@ -159,7 +181,7 @@ pub fn rasterize(
     let mut prepare_bin = None;
     match &pieces {
         None => {
-            constants.push(("has_low_parts", f64::from(u8::from(scene.has_low_parts))));
+            constants.push(("has_low_parts", flag(scene.has_low_parts)));
             bin.extend([
                 (1, table(&scene.vertex_indices)),
                 (2, table(&scene.positions_high)),
@@ -174,10 +196,15 @@ pub fn rasterize(
     }
     bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     split.extend(bin.iter().cloned());
+    let [columns, rows] = tiles_of_map(projection).map(u64::from);
+    let depths_of_tiles = frame.storage("depths of tiles", 4 * columns * rows)?;
+    frame.clear(&depths_of_tiles);
+    let hidden = (13, buffer(&depths_of_tiles));
     let mut walk = split.clone();
-    walk.push((5, buffer(&texels)));
+    walk.extend([(5, buffer(&texels)), hidden.clone()]);
     bin.push(tiles.clone());
     split.push(tiles);
+    split.push(hidden);
     let stages = Stages {
         shader,
         constants: &constants,

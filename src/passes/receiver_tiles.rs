@@ -1,7 +1,7 @@
 //! Pass "receiver tiles": the tiles of a shadow map that receivers look at.
 
 use super::Receivers;
-use super::rasterize::TILE_SHIFT;
+use super::rasterize::{TILE_SHIFT, tiles_of_map};
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, buffer};
@@ -34,8 +34,7 @@ pub fn receiver_tiles(
     warp: Option<&WarpMap>,
     reach: u8,
 ) -> Result<PooledBuffer> {
-    let columns = projection.width.div_ceil(1 << TILE_SHIFT);
-    let rows = projection.height.div_ceil(1 << TILE_SHIFT);
+    let [columns, rows] = tiles_of_map(projection);
     let tiles = frame.storage(LABEL, 4 * u64::from(columns) * u64::from(rows))?;
     frame.clear(&tiles);
     let uniform = TilesUniform {

@@ -23,6 +23,8 @@ pub struct Counters {
     pub outside: u32,
     /// Triangles outside the range of depths.
     pub behind: u32,
+    /// Items that lie behind others.
+    pub hidden: u32,
     /// Pieces of triangles that a linear rasterization is of.
     pub pieces: u32,
     current_unfinished: u32,

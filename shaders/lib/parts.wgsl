@@ -1,0 +1,112 @@
+// Parts of triangles: a tile of the map is what one item has at most. Which parts need not be drawn: no
+// receiver looks at them, or they lie behind others.
+#import lib/coverage
+
+// Of a tile, and the most texels of a bound along each side.
+const SIDE: i32 = 8;
+const FINE_SHIFT: u32 = 3u;
+
+// 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
+@group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
+override has_receiver_tiles: bool = false;
+
+fn tiles_of_map(projection: Projection) -> vec2<u32> {
+    return (projection.size + u32(SIDE) - 1u) >> vec2<u32>(FINE_SHIFT);
+}
+
+// Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
+fn is_looked_at(projection: Projection, bound: Bound) -> bool {
+    if !has_receiver_tiles {
+        return true;
+    }
+    let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
+    let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
+    let columns = tiles_of_map(projection).x;
+    let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
+        | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
+    return marks != 0u;
+}
+
+// Every band of a bound.
+const ALL_BANDS: u32 = 0xffffffffu;
+
+// A part of a triangle that an item is of: what it has in a tile, in one band or in all, or all of a triangle
+// that is no larger than a tile and begins in it.
+struct Part {
+    tile: vec2<u32>,
+    band: u32,
+    is_whole: bool,
+    nearest: f32,                       // in steps of depth; no texel of the part is nearer
+}
+
+// In the place of a band.
+fn whole_triangle(job: Job) -> u32 {
+    return (1u << job.band_bits) - 1u;
+}
+
+fn bits_of_part(job: Job, tile: vec2<i32>, band: u32, nearest: f32) -> u32 {
+    let step = u32(clamp(nearest * job.steps_per_depth, 0.0, job.last_step));
+    let band_shift = job.tile_bits.x + job.tile_bits.y;
+    return u32(tile.x) | (u32(tile.y) << job.tile_bits.x) | (band << band_shift)
+        | (step << (band_shift + job.band_bits));
+}
+
+fn part_from_bits(job: Job, bits: u32) -> Part {
+    let band_shift = job.tile_bits.x + job.tile_bits.y;
+    let depth_shift = band_shift + job.band_bits;
+    let tile = vec2<u32>(
+        extractBits(bits, 0u, job.tile_bits.x),
+        extractBits(bits, job.tile_bits.x, job.tile_bits.y),
+    );
+    let band = extractBits(bits, band_shift, job.band_bits);
+    return Part(
+        tile,
+        select(band, ALL_BANDS, job.has_bands == 0u),
+        band == whole_triangle(job),
+        f32(extractBits(bits, depth_shift, 32u - depth_shift)),
+    );
+}
+
+// Hierarchical z, after Greene, Kass and Miller, "Hierarchical Z-buffer visibility", 1993: of each fine tile the
+// farthest depth of the nearest triangle found that covers all of it. Bits are inverted, as those of a map, so
+// zero where there is none. What lies behind is not drawn; the map is the same without it.
+@group(0) @binding(13) var<storage, read_write> depths_of_tiles: array<atomic<u32>>;
+override culls_hidden: bool = false;
+
+// Of a triangle in a box.
+fn depths_in_box(projection: Projection, triangle: Triangle, box: Box) -> vec2<f32> {
+    let depths = depths_on_plane_in_box(projection, triangle.plane, box.middle, box.reach);
+    let clamped = clamp(depths, vec2<f32>(triangle.depths.x), vec2<f32>(triangle.depths.y));
+    return vec2<f32>(clamp_to_nearest(clamped.x, projection.z_min), clamp_to_nearest(clamped.y, projection.z_min));
+}
+
+// Notes that nothing is seen behind a triangle in a tile, all of which lies in the box, if it covers the box.
+fn hide_behind(projection: Projection, triangle: Triangle, box: Box, tile: vec2<i32>) {
+    let depths = depths_in_box(projection, triangle, box);
+    let is_in_range = depths.x >= projection.z_min && depths.y <= projection.z_max;
+    if is_in_range && covers_all(projection, triangle, box) {
+        let key = ~bitcast<u32>(stored_depth(projection, depths.y));
+        atomicMax(&depths_of_tiles[u32(tile.y) * tiles_of_map(projection).x + u32(tile.x)], key);
+    }
+}
+
+fn is_hidden(job: Job, part: Part) -> bool {
+    if !culls_hidden {
+        return false;
+    }
+    let tiles = tiles_of_map(job.projection);
+    // A whole triangle may reach into the next ones.
+    let last = select(part.tile, min(part.tile + 1u, tiles - 1u), part.is_whole);
+    let key = min(
+        min(
+            atomicLoad(&depths_of_tiles[part.tile.y * tiles.x + part.tile.x]),
+            atomicLoad(&depths_of_tiles[part.tile.y * tiles.x + last.x]),
+        ),
+        min(
+            atomicLoad(&depths_of_tiles[last.y * tiles.x + part.tile.x]),
+            atomicLoad(&depths_of_tiles[last.y * tiles.x + last.x]),
+        ),
+    );
+    // Farther by more than the product is rounded.
+    return key != 0u && part.nearest > bitcast<f32>(~key) * job.steps_per_depth + 0.01;
+}
