@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::gpu;
 use crate::light::Light;
 use crate::methods::{Array, Method, OldMap, Parameters, Value};
+use crate::passes::caster_tests;
 use crate::passes::work_items::Counters;
 use crate::reference::{self, Reference};
 use crate::render::{MOST_TOGETHER, Outputs, Rendered, SceneCache, Stats, render as render_frames};
@@ -655,7 +656,9 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
         pass.set_item("culled_by_depth", behind)?;
         pass.set_item("work_items", sum(|c| c.items))?;
         pass.set_item("coarse_items", sum(|c| c.coarse_items))?;
-        pass.set_item("hidden_items", sum(|c| c.hidden))?;
+        if label != caster_tests::LABEL {
+            pass.set_item("hidden_items", sum(|c| c.hidden))?;
+        }
         result.set_item(label, pass)?;
     }
     for (label, facts) in &stats.facts {

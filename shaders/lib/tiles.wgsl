@@ -30,9 +30,8 @@ struct Coverage {
     texels: vec2<u32>,                  // a bit each, in rows of SIDE
 }
 
-fn ray_of(projection: Projection, coverage: Coverage, texel: vec2<u32>) -> vec3<f32> {
-    let place = vec2<f32>(place_at(coverage.columns, texel.x), place_at(coverage.rows, texel.y));
-    return ray_from_texel(projection, place);
+fn place_of(coverage: Coverage, texel: vec2<u32>) -> vec2<f32> {
+    return vec2<f32>(place_at(coverage.columns, texel.x), place_at(coverage.rows, texel.y));
 }
 
 // Of the columns `within`, a bit each, which share a function along y, in a band.
@@ -60,7 +59,8 @@ fn coverage_of_bound(
         coverage.rows = with_place(coverage.rows, y, place - projection.centre.y);
         var row = 0u;
         for (var x = 0u; x < u32(SIDE); x += 1u) {
-            row |= select(0u, 1u << x, is_covered(caster, ray_of(projection, coverage, vec2<u32>(x, y))));
+            let direction = direction_from_texel(projection, place_of(coverage, vec2<u32>(x, y)));
+            row |= select(0u, 1u << x, is_covered(caster, direction));
         }
         let is_in_band = band_of_row(warp, function, bound.first.y + i32(y), projection.size) == band;
         row = select(0u, row & within, is_in_band) << (8u * (y & 3u));
@@ -97,7 +97,7 @@ fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bou
                 let rest = half & (half - 1u);
                 texels = select(vec2<u32>(rest, texels.y), vec2<u32>(0u, rest), is_second);
                 let texel = vec2<u32>(bit & 7u, (bit >> 3u) + select(0u, 4u, is_second));
-                let ray = ray_of(projection, coverage, texel);
+                let ray = ray_from_texel(projection, place_of(coverage, texel));
                 store_covered(projection, caster, id, bound.first + vec2<i32>(texel), ray);
             }
         }

@@ -41,8 +41,13 @@ fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
 
 fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     let place = centred / projection.scale;
-    let squared = dot(place, place);
-    return vec3<f32>(2.0 * place, 1.0 - squared) / (1.0 + squared);
+    return direction_from_texel(projection, centred) / (1.0 + dot(place, place));
+}
+
+// The same but of any length.
+fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
+    let place = centred / projection.scale;
+    return vec3<f32>(2.0 * place, 1.0 - dot(place, place));
 }
 
 // One over the distance along a ray to a plane is linear in the ray.

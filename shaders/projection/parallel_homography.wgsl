@@ -39,6 +39,11 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     return ray / abs(ray.z);
 }
 
+// The same but of any length.
+fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
+    return ray_from_texel(projection, centred);
+}
+
 fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
     let slope = -normal.xy / normal.z;
     return vec3<f32>(slope, q.z - dot(slope, q.xy));

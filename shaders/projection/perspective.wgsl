@@ -26,6 +26,11 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     return vec3<f32>(centred, 1.0);
 }
 
+// The same but of any length.
+fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
+    return ray_from_texel(projection, centred);
+}
+
 // One over depth is linear in the texel: the coefficients of the plane with a normal (a covector of
 // projection space) through a point, at a height: the normal's product with any point of the plane.
 fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
