@@ -44,7 +44,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let place = vec2<f32>(invocation.xy) + 0.5;
-    let depth = stored.depth / projection.depth_scale + projection.depth_offset;
+    let depth = z_from_stored(projection, stored.depth);
     let q = projected_from_ray(ray_from_texel(projection, place - projection.centre), depth);
     let point = vec4<f32>(q, 1.0);
     let z = dot(forward.camera_z, point);

@@ -116,7 +116,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
                 let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
                 let id = stored.triangle;
                 texels |= bit;
-                if depth_from_z(projection, plane - bias) > stored.depth {
+                if stored_depth(projection, plane - bias) > stored.depth {
                     nearer |= bit;
                 }
                 if id == previous || id == above {
@@ -246,11 +246,7 @@ fn is_lit_at(
     // The farther, the more a slope's bias must take off.
     let bias = place.even_bias + dot(place.slope_bias, max(vec2<f32>(1.0), abs(step)));
     let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
-    return depth_from_z(projection, plane - bias) <= stored.depth;
-}
-
-fn depth_from_z(projection: Projection, z: f32) -> f32 {
-    return (z - projection.depth_offset) * projection.depth_scale;
+    return stored_depth(projection, plane - bias) <= stored.depth;
 }
 
 // Whether a ray meets a triangle before a depth.

@@ -30,55 +30,18 @@ fn prepare_bin() {
     groups_of_next = groups_for((count + items_per_invocation - 1u) / items_per_invocation);
 }
 
-@compute @workgroup_size(GROUP)
-fn bin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let job = job_uniform;
-    let projection = job.projection;
-    let warp = load_warp();
-    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
-    let count = caster_count(job.triangle_count, counters.pieces);
-    var outside = 0u;
-    var behind = 0u;
-    for (var i = 0u; i < items_per_invocation; i += 1u) {
-        let id = start + i * GROUP;
-        if id >= count {
-            break;
-        }
-        let corners = corners_of_caster(projection, id);
-        let extent = extent_in_map(projection, corners);
-        let bound = bound_from_extent(projection, warp, extent);
-        let size = bound.last - bound.first + 1;
-        let depths = depths_of_triangle(corners.a, corners.b, corners.c);
-        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_min));
-        if is_out_of_depth(projection, depths) {
-            behind += 1u;
-        } else if min(size.x, size.y) <= 0 {
-            outside += 1u;
-        } else if max(size.x, size.y) <= SIDE {
-            if is_looked_at(projection, bound) {
-                append_item(id, bits_of_part(job, bound.first / SIDE, whole_triangle(job), nearest));
-            } else {
-                outside += 1u;
-            }
-        } else {
-            let first = bound.first >> vec2<u32>(job.coarse_shift);
-            let last = bound.last >> vec2<u32>(job.coarse_shift);
-            var tile = first;
-            while tile.y <= last.y {
-                append_coarse_item(id, name_of_tile(tile));
-                tile.x += 1;
-                if tile.x > last.x {
-                    tile = vec2<i32>(first.x, tile.y + 1);
-                }
-            }
+// In coarse tiles.
+fn append_coarse_items(job: Job, warp: Warp, id: u32, extent: Extent, bound: Bound) {
+    let first = bound.first >> vec2<u32>(job.coarse_shift);
+    let last = bound.last >> vec2<u32>(job.coarse_shift);
+    var tile = first;
+    while tile.y <= last.y {
+        append_coarse_item(id, name_of_tile(tile));
+        tile.x += 1;
+        if tile.x > last.x {
+            tile = vec2<i32>(first.x, tile.y + 1);
         }
     }
-    atomicAdd(&counters.outside, outside);
-    atomicAdd(&counters.behind, behind);
 }
 
 @compute @workgroup_size(GROUP)
@@ -102,7 +65,6 @@ fn split(
     if !may_cover(projection, triangle, box_of_bound(projection, warp, bound)) {
         return;
     }
-    let size = vec2<i32>(projection.size);
     // Blocks of tiles first: most of a bound that reaches over a cube's edge holds nothing.
     let blocks = Bound(bound.first / SIDE_OF_BLOCK, bound.last / SIDE_OF_BLOCK);
     var block = blocks.first;
@@ -119,9 +81,9 @@ fn split(
                 let nearest = stored_depth(projection, depths_in_box(projection, triangle, box).x);
                 append_item(item.triangle, bits_of_part(job, tile, 0u, nearest));
             }
+            let whole = bound_of_fine_tile(projection, tile);
             // Not an `if`, which a software driver would do for every tile.
-            let is_whole_tile = all(part.first == tile * SIDE) && all(part.last == min(part.first + SIDE, size) - 1);
-            var may_hide = culls_hidden && is_whole_tile;
+            var may_hide = culls_hidden && all(part.first == whole.first) && all(part.last == whole.last);
             while may_hide {
                 may_hide = false;
                 hide_behind(projection, triangle, box, tile);

@@ -68,29 +68,36 @@ fn texels_between(warp: Warp, axis: u32, function: u32, low: f32, high: f32, siz
 }
 
 // First and last column that the triangle may cover in a band.
-fn columns_of_band(projection: Projection, warp: Warp, unwarped: Unwarped, band: i32) -> vec2<i32> {
-    let y = heights_in_band(projection, warp, unwarped.extent, band) - projection.centre.y;
+fn columns_of_band(
+    projection: Projection,
+    warp: Warp,
+    unwarped: Unwarped,
+    band: i32,
+    heights: vec2<f32>,
+) -> vec2<i32> {
+    let y = heights - projection.centre.y;
     let span = span_of(unwarped.along_x, y.x, y.y) + projection.centre.x;
     let low = max(span.x, unwarped.extent.low.x);
     let high = min(span.y, unwarped.extent.high.x);
     return texels_between(warp, 0u, u32(band), low, high, f32(projection.size.x));
 }
 
-// First and last row that the triangle may cover in the columns of a band from `first` to `last`.
+// First and last row that the triangle may cover in the columns of a band from `first` to `last`, which stand
+// from `low.x` to `high.x`; the band's part of the triangle reaches from `low.y` to `high.y`.
 fn rows_of_columns(
     projection: Projection,
     warp: Warp,
     unwarped: Unwarped,
-    band: i32,
     first: i32,
     last: i32,
+    low: vec2<f32>,
+    high: vec2<f32>,
 ) -> vec2<i32> {
     let size = vec2<f32>(projection.size);
-    let from_x = place_of_column(warp, u32(band), first, projection.size) - projection.centre.x;
-    let to_x = place_of_column(warp, u32(band), last, projection.size) - projection.centre.x;
+    let from_x = low.x - projection.centre.x;
+    let to_x = high.x - projection.centre.x;
     let span = span_of(unwarped.along_y, from_x, to_x) + projection.centre.y;
-    let heights = heights_in_band(projection, warp, unwarped.extent, band);
-    let y = vec2<f32>(max(span.x, heights.x), min(span.y, heights.y));
+    let y = vec2<f32>(max(span.x, low.y), min(span.y, high.y));
     var rows = vec2<i32>(0x7fffffff, -1);
     let last_function = function_of_column(warp, last, projection.size);
     for (var i = function_of_column(warp, first, projection.size); i <= last_function; i += 1u) {
@@ -100,53 +107,15 @@ fn rows_of_columns(
     return vec2<i32>(rows.x, select(-1, rows.y, rows.x <= rows.y));
 }
 
-@compute @workgroup_size(GROUP)
-fn bin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let job = job_uniform;
-    let projection = job.projection;
-    let warp = load_warp();
-    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
-    var outside = 0u;
-    var behind = 0u;
-    for (var i = 0u; i < items_per_invocation; i += 1u) {
-        let id = start + i * GROUP;
-        if id >= job.triangle_count {
-            break;
-        }
-        let corners = corners_of_caster(projection, id);
-        let extent = extent_in_map(projection, corners);
-        let bound = warped_bound_of_extent(projection, warp, extent);
-        let size = bound.last - bound.first + 1;
-        let depths = depths_of_triangle(corners.a, corners.b, corners.c);
-        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_min));
-        if is_out_of_depth(projection, depths) {
-            behind += 1u;
-        } else if min(size.x, size.y) <= 0 {
-            outside += 1u;
-        } else {
-            let bands = bands_of_extent(projection, warp, extent) / BLOCK_OF_BANDS;
-            let columns = vec2<i32>(bound.first.x, bound.last.x) / BLOCK_OF_COLUMNS;
-            if max(size.x, size.y) <= SIDE {
-                if is_looked_at(projection, bound) {
-                    append_item(id, bits_of_part(job, bound.first / SIDE, whole_triangle(job), nearest));
-                } else {
-                    outside += 1u;
-                }
-            } else {
-                for (var band = bands.x; band <= bands.y; band += 1) {
-                    for (var column = columns.x; column <= columns.y; column += 1) {
-                        append_coarse_item(id, u32(band) | (u32(column) << 16u));
-                    }
-                }
-            }
+// In blocks of bands and columns.
+fn append_coarse_items(job: Job, warp: Warp, id: u32, extent: Extent, bound: Bound) {
+    let bands = bands_of_extent(job.projection, warp, extent) / BLOCK_OF_BANDS;
+    let columns = vec2<i32>(bound.first.x, bound.last.x) / BLOCK_OF_COLUMNS;
+    for (var band = bands.x; band <= bands.y; band += 1) {
+        for (var column = columns.x; column <= columns.y; column += 1) {
+            append_coarse_item(id, u32(band) | (u32(column) << 16u));
         }
     }
-    atomicAdd(&counters.outside, outside);
-    atomicAdd(&counters.behind, behind);
 }
 
 @compute @workgroup_size(GROUP)
@@ -172,7 +141,7 @@ fn split(
     let last_band = min(block.x + BLOCK_OF_BANDS - 1, unwarped.bands.y);
     for (var band = max(block.x, unwarped.bands.x); band <= last_band; band += 1) {
         let heights = heights_in_band(projection, warp, unwarped.extent, band);
-        var columns = columns_of_band(projection, warp, unwarped, band);
+        var columns = columns_of_band(projection, warp, unwarped, band, heights);
         columns = vec2<i32>(max(columns.x, block.y), min(columns.y, block.y + BLOCK_OF_COLUMNS - 1));
         while columns.x <= columns.y {
             let next = (columns.x / SIDE + 1) * SIDE;
@@ -182,7 +151,7 @@ fn split(
             let high = vec2<f32>(place_of_column(warp, u32(band), last, projection.size), heights.y);
             let box = Box(0.5 * (low + high) - projection.centre, 0.5 * (high - low) + 0.01);
             let nearest = stored_depth(projection, depths_in_box(projection, caster.triangle, box).x);
-            let rows = rows_of_columns(projection, warp, unwarped, band, columns.x, last);
+            let rows = rows_of_columns(projection, warp, unwarped, columns.x, last, low, high);
             for (var tile = rows.x / SIDE; tile * SIDE <= rows.y; tile += 1) {
                 let corner = vec2<i32>(columns.x / SIDE, tile) * SIDE;
                 if is_looked_at(projection, Bound(corner, corner)) {
@@ -192,8 +161,8 @@ fn split(
                 var may_hide = culls_hidden && is_wide && rows.x <= corner.y;
                 while may_hide {
                     may_hide = false;
-                    let whole = Bound(corner, min(corner + SIDE, size) - 1);
-                    hide_behind(projection, caster.triangle, box_of_bound(projection, warp, whole), corner / SIDE);
+                    let whole = box_of_bound(projection, warp, bound_of_fine_tile(projection, corner / SIDE));
+                    hide_behind(projection, caster.triangle, whole, corner / SIDE);
                 }
             }
             columns.x = next;

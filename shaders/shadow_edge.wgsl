@@ -17,7 +17,7 @@ struct ShadowEdge {
 fn depth_at(projection: Projection, x: i32, y: i32) -> f32 {
     let inside = clamp(vec2<i32>(x, y), vec2<i32>(0), vec2<i32>(projection.size) - 1);
     let stored = load_stored(u32(inside.y) * projection.size.x + u32(inside.x)).depth;
-    return select(stored / projection.depth_scale + projection.depth_offset, stored, stored > 1e38);
+    return select(z_from_stored(projection, stored), stored, stored > 1e38);
 }
 
 @compute @workgroup_size(64)

@@ -95,8 +95,8 @@ MUTANTS = (
     ),
     Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP,
-        "if depth_from_z(projection, plane - bias) > stored",
-        "if depth_from_z(projection, plane + bias) > stored", BIAS,
+        "if stored_depth(projection, plane - bias) > stored",
+        "if stored_depth(projection, plane + bias) > stored", BIAS,
     ),
     Mutant(
         "bias", "knows the slope along one axis", LOOKUP,

@@ -17,6 +17,7 @@ LIGHTS = [
     lx.PointLight((0.3, 6.0, 0.4)),
     lx.SpotLight((0.5, 7.0, 1.0), (0.0, -1.0, -0.1), 0.7),
 ]
+OUTLOOK = lx.Camera.look_at((4, 5, 6), (0, 1, 0), yfov=0.8, width=90, height=60)
 
 
 def square(centre, u, v):
@@ -48,20 +49,16 @@ def storeys(seed):
     return scene_of(corners, seed)
 
 
-def outlook(**changes):
-    return lx.Camera.look_at((4, 5, 6), (0, 1, 0), yfov=0.8, width=90, height=60, **changes)
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_what_lies_behind_changes_no_map(method, monkeypatch):
     """Maps, the camera's too, are those of a frame that draws everything."""
     chosen = dataclasses.replace(lx.method_from(method), resolution=200, lookup="triangle")
     hidden = compared = 0
     for seed, light in enumerate(filter(chosen.takes, LIGHTS)):
-        frame = lx.render(storeys(seed), outlook(), light, chosen)
+        frame = lx.render(storeys(seed), OUTLOOK, light, chosen)
         hidden += frame.stats["shadow map"]["hidden_items"]
         monkeypatch.setenv("LIXEL_SKIP_NOTHING", "1")
-        whole = lx.render(storeys(seed), outlook(), light, chosen)
+        whole = lx.render(storeys(seed), OUTLOOK, light, chosen)
         monkeypatch.delenv("LIXEL_SKIP_NOTHING")
         assert whole.stats["shadow map"]["hidden_items"] == 0
         for name in ("visibility", "triangle_id", "depth"):

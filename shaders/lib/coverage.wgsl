@@ -159,10 +159,6 @@ fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
     return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0;
 }
 
-fn stored_depth(projection: Projection, z: f32) -> f32 {
-    return (z - projection.depth_offset) * projection.depth_scale;
-}
-
 // Draws a texel that the caster covers, where its ray meets it in the range of depths.
 fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
     let z = clamp_to_nearest(depth_of_caster(caster, ray), projection.z_min);

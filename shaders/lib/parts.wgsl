@@ -14,6 +14,17 @@ fn tiles_of_map(projection: Projection) -> vec2<u32> {
     return (projection.size + u32(SIDE) - 1u) >> vec2<u32>(FINE_SHIFT);
 }
 
+fn bound_of_fine_tile(projection: Projection, tile: vec2<i32>) -> Bound {
+    let first = tile * SIDE;
+    return Bound(first, min(first + SIDE, vec2<i32>(projection.size)) - 1);
+}
+
+// In rows, of the tiles from `first` to `last`, which are neighbours or one.
+fn indices_of_tiles(projection: Projection, first: vec2<u32>, last: vec2<u32>) -> vec4<u32> {
+    let rows = vec2<u32>(first.y, last.y) * tiles_of_map(projection).x;
+    return rows.xxyy + vec4<u32>(first.x, last.x, first.x, last.x);
+}
+
 // Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
 fn is_looked_at(projection: Projection, bound: Bound) -> bool {
     if !has_receiver_tiles {
@@ -21,10 +32,8 @@ fn is_looked_at(projection: Projection, bound: Bound) -> bool {
     }
     let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
     let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
-    let columns = tiles_of_map(projection).x;
-    let marks = receiver_tiles[first.y * columns + first.x] | receiver_tiles[first.y * columns + last.x]
-        | receiver_tiles[last.y * columns + first.x] | receiver_tiles[last.y * columns + last.x];
-    return marks != 0u;
+    let at = indices_of_tiles(projection, first, last);
+    return (receiver_tiles[at.x] | receiver_tiles[at.y] | receiver_tiles[at.z] | receiver_tiles[at.w]) != 0u;
 }
 
 // Every band of a bound.
@@ -97,15 +106,10 @@ fn is_hidden(job: Job, part: Part) -> bool {
     let tiles = tiles_of_map(job.projection);
     // A whole triangle may reach into the next ones.
     let last = select(part.tile, min(part.tile + 1u, tiles - 1u), part.is_whole);
+    let at = indices_of_tiles(job.projection, part.tile, last);
     let key = min(
-        min(
-            atomicLoad(&depths_of_tiles[part.tile.y * tiles.x + part.tile.x]),
-            atomicLoad(&depths_of_tiles[part.tile.y * tiles.x + last.x]),
-        ),
-        min(
-            atomicLoad(&depths_of_tiles[last.y * tiles.x + part.tile.x]),
-            atomicLoad(&depths_of_tiles[last.y * tiles.x + last.x]),
-        ),
+        min(atomicLoad(&depths_of_tiles[at.x]), atomicLoad(&depths_of_tiles[at.y])),
+        min(atomicLoad(&depths_of_tiles[at.z]), atomicLoad(&depths_of_tiles[at.w])),
     );
     // Farther by more than the product is rounded.
     return key != 0u && part.nearest > bitcast<f32>(~key) * job.steps_per_depth + 0.01;

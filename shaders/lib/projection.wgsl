@@ -40,6 +40,14 @@ struct Extent {
     high: vec2<f32>,
 }
 
+fn stored_depth(projection: Projection, z: f32) -> f32 {
+    return (z - projection.depth_offset) * projection.depth_scale;
+}
+
+fn z_from_stored(projection: Projection, depth: f32) -> f32 {
+    return depth / projection.depth_scale + projection.depth_offset;
+}
+
 fn projected_from_offset(projection: Projection, p: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(
         dot(projection.x_axis, p),

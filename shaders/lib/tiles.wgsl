@@ -112,6 +112,49 @@ fn bound_from_extent(projection: Projection, warp: Warp, extent: Extent) -> Boun
     return bound_of_extent(projection, extent);
 }
 
+// The items of a large triangle are for `append_coarse_items` and `split` of the shader that imports this.
+@compute @workgroup_size(GROUP)
+fn bin(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let job = job_uniform;
+    let projection = job.projection;
+    let warp = load_warp();
+    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
+    let count = caster_count(job.triangle_count, counters.pieces);
+    var outside = 0u;
+    var behind = 0u;
+    for (var i = 0u; i < items_per_invocation; i += 1u) {
+        let id = start + i * GROUP;
+        if id >= count {
+            break;
+        }
+        let corners = corners_of_caster(projection, id);
+        let extent = extent_in_map(projection, corners);
+        let bound = bound_from_extent(projection, warp, extent);
+        let size = bound.last - bound.first + 1;
+        let depths = depths_of_triangle(corners.a, corners.b, corners.c);
+        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_min));
+        if is_out_of_depth(projection, depths) {
+            behind += 1u;
+        } else if min(size.x, size.y) <= 0 {
+            outside += 1u;
+        } else if max(size.x, size.y) <= SIDE {
+            if is_looked_at(projection, bound) {
+                append_item(id, bits_of_part(job, bound.first / SIDE, whole_triangle(job), nearest));
+            } else {
+                outside += 1u;
+            }
+        } else {
+            append_coarse_items(job, warp, id, extent, bound);
+        }
+    }
+    atomicAdd(&counters.outside, outside);
+    atomicAdd(&counters.behind, behind);
+}
+
 @compute @workgroup_size(GROUP)
 fn walk(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -142,8 +185,7 @@ fn walk(
         }
         let corners = corners_of_caster(projection, item.triangle);
         let caster = caster_from_corners(projection, item.triangle, corners);
-        let first = vec2<i32>(part.tile) * SIDE;
-        var bound = Bound(first, min(first + SIDE, vec2<i32>(projection.size)) - 1);
+        var bound = bound_of_fine_tile(projection, vec2<i32>(part.tile));
         var band = part.band;
         if part.is_whole {
             bound = bound_from_extent(projection, warp, extent_in_map(projection, corners));

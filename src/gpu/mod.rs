@@ -112,6 +112,11 @@ pub fn skips() -> bool {
     std::env::var_os("LIXEL_SKIP_NOTHING").is_none()
 }
 
+/// The value of a shader's constant that is a bool.
+pub fn flag(is_on: bool) -> f64 {
+    f64::from(u8::from(is_on))
+}
+
 /// A panic while a lock was held does not make its data wrong here: every value is replaced whole.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex

@@ -6,9 +6,9 @@ use super::warp_map::{self, WarpMap};
 use super::work_items::{self, Counters, Stages};
 use super::{Facts, PendingFacts, Receivers};
 use crate::error::Result;
-use crate::gpu::Gpu;
 use crate::gpu::frame::{Frame, Read, Source, buffer, table};
 use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, flag};
 
 pub const LABEL: &str = "caster tests";
 
@@ -36,7 +36,6 @@ pub fn caster_tests(
         warp: warp_map::shader(warp),
         ..Shader::new("caster_tests")
     };
-    let flag = |value| f64::from(u8::from(value));
     let constants = [
         ("has_low_parts", flag(scene.has_low_parts)),
         ("is_local", flag(seen.light.position().is_some())),

@@ -4,6 +4,7 @@ use super::Receivers;
 use super::boundary::BoundaryWeights;
 use super::warp_map::{self, Axis, WarpMap};
 use crate::error::Result;
+use crate::gpu::flag;
 use crate::gpu::frame::{Binding, Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
@@ -41,7 +42,6 @@ pub struct Factors<'a> {
 impl<'a> Factors<'a> {
     /// Constants of the shaders that multiply them.
     pub fn constants(&self) -> [(&'static str, f64); 4] {
-        let flag = |value| f64::from(u8::from(value));
         [
             ("uses_distance", flag(self.distance)),
             ("uses_normal", flag(self.normal.is_some())),
@@ -127,7 +127,6 @@ pub fn importance_map(
     let mut constants = seen.constants().to_vec();
     constants.extend(seen.tiles_constants(rows));
     constants.extend(factors.constants());
-    let flag = |value| f64::from(u8::from(value));
     constants.extend([
         ("uses_boundary", flag(factors.boundary.is_some())),
         ("uses_pixel_weights", flag(factors.pixel_weights.is_some())),

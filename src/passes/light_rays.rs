@@ -3,11 +3,11 @@
 
 use super::{Describe, Facts, PendingFacts, Receivers};
 use crate::error::{Error, Result};
-use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::double_single;
 use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, flag};
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -85,7 +85,7 @@ pub fn light_rays(
     let counters = frame.storage("counters", 8)?;
     frame.clear(&counters);
     let mut constants = vec![
-        ("has_low_parts", f64::from(u8::from(scene.has_low_parts))),
+        ("has_low_parts", flag(scene.has_low_parts)),
         ("most_steps", f64::from(MOST_STEPS)),
     ];
     constants.extend(seen.constants());

@@ -3,6 +3,7 @@
 use super::Receivers;
 use super::rasterize::Target;
 use super::warp_map::{self, WarpMap};
+use crate::gpu::flag;
 use crate::gpu::frame::{Dispatch, Frame, buffer, table};
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
@@ -124,7 +125,6 @@ pub fn lookup(frame: &mut Frame, seen: Receivers, map: Looked, visibility: &wgpu
     let uniform = frame.uniform("receivers", &uniform);
     let projection = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     let rows = frame.gpu.work_per_invocation(1, 32);
-    let flag = |value| f64::from(u8::from(value));
     let mut constants = vec![
         ("reach", f64::from(comparison.reach)),
         ("uses_triangles", flag(comparison.triangles)),

@@ -28,9 +28,9 @@ pub mod work_items;
 
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::Gpu;
 use crate::gpu::frame::{Binding, Groups, Read, buffer, table};
 use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::{Gpu, flag};
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::region::{MOST_HALF_SPACES, Region};
@@ -202,14 +202,13 @@ impl<'a> Receivers<'a> {
     /// Constants of `shaders/lib/image_tiles.wgsl`.
     fn tiles_constants(&self, rows_per_invocation: u32) -> [(&'static str, f64); 2] {
         [
-            ("has_tiles", f64::from(u8::from(self.tiles.is_some()))),
+            ("has_tiles", flag(self.tiles.is_some())),
             ("rows_per_invocation", f64::from(rows_per_invocation)),
         ]
     }
 
     /// Constants of `shaders/lib/receivers.wgsl`.
     fn constants(&self) -> [(&'static str, f64); 2] {
-        let flag = |value| f64::from(u8::from(value));
         [
             ("has_cone", flag(self.light.cone().is_some())),
             ("has_region", flag(!self.region.is_everywhere())),

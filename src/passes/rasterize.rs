@@ -9,7 +9,7 @@ use crate::gpu::frame::{Frame, Read, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
-use crate::gpu::skips;
+use crate::gpu::{flag, skips};
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 
@@ -52,7 +52,7 @@ pub struct Rasterized {
     pub counters: Read<Counters>,
 }
 
-/// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/tiles.wgsl`.
+/// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/parts.wgsl`.
 pub const TILE_SHIFT: u32 = 3;
 
 /// Columns and rows of them.
@@ -131,7 +131,6 @@ pub fn rasterize(
         })
     };
     let gpu = frame.gpu.clone();
-    let flag = |is_on: bool| f64::from(u8::from(is_on));
     let mut constants = vec![
         ("culls_by_depth", flag(skips())),
         ("culls_hidden", flag(skips() && pieces.is_none())),

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, skips};
+use crate::gpu::{Gpu, flag, skips};
 
 pub const LABEL: &str = "receiver lists";
 
@@ -73,7 +73,6 @@ pub fn receiver_lists(
 
     let gpu = frame.gpu.clone();
     let rows = gpu.work_per_invocation(1, 32);
-    let flag = |value| f64::from(u8::from(value));
     let is_local = ("is_local", flag(seen.light.position().is_some()));
     let mut constants = vec![is_local];
     constants.extend(seen.constants());

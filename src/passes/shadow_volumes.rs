@@ -3,11 +3,11 @@
 
 use super::{Describe, Facts, PendingFacts, Receivers};
 use crate::error::{Error, Result};
-use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Draw, Frame, Groups, Source, Vertices, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::{EdgeTables, double_single};
 use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, flag};
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -114,7 +114,7 @@ pub fn shadow_volumes(
         None => (SIDE_OF_PARALLEL, describe_parallel),
     };
     let mut constants = vec![
-        ("has_low_parts", f64::from(u8::from(scene.has_low_parts))),
+        ("has_low_parts", flag(scene.has_low_parts)),
         ("vertices_per_side", f64::from(vertices_per_side)),
     ];
     constants.extend(seen.constants());

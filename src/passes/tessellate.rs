@@ -4,11 +4,11 @@
 use super::warp_map::{self, WarpMap};
 use super::work_items::{Counters, GROUP};
 use crate::error::{Error, Result};
-use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, flag};
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -80,7 +80,7 @@ pub fn tessellate(
         ..Shader::new("tessellate")
     };
     let gpu = frame.gpu.clone();
-    let has_low_parts = ("has_low_parts", f64::from(u8::from(scene.has_low_parts)));
+    let has_low_parts = ("has_low_parts", flag(scene.has_low_parts));
     let begin = gpu.pipeline(shader, "begin", &[has_low_parts]);
     let prepare_refine = gpu.pipeline(shader, "prepare_refine", &[]);
     let refine = gpu.pipeline(shader, "refine", &[]);

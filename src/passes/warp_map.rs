@@ -1,6 +1,7 @@
 //! Pass "warp map": importance to monotone functions, `shaders/warp_map.wgsl`.
 
 use crate::error::{Result, ensure_value};
+use crate::gpu::flag;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
@@ -27,7 +28,7 @@ pub fn shader(warp: Option<&WarpMap>) -> &'static str {
 /// Constants of the shaders that have that slot.
 pub fn constants(warp: Option<&WarpMap>) -> Option<(&'static str, f64)> {
     let is_rectilinear = warp?.layout.functions == [1, 1];
-    Some(("is_rectilinear", f64::from(u8::from(is_rectilinear))))
+    Some(("is_rectilinear", flag(is_rectilinear)))
 }
 
 /// A warp by functions along rows and columns, see `shaders/warp/grid.wgsl`.
