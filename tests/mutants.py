@@ -24,6 +24,7 @@ ROOT = Path(__file__).parent.parent
 
 # Options of `cargo test`, or of pytest.
 REFERENCE = ("cargo", "--lib", "reference")
+TURNS = ("cargo", "--lib", "across_edges")
 BIAS = (
     "pytest", "tests/test_shadow_maps.py", "-k",
     "(never_shadows or acne or slope or spares or no_gap) and (Uniform or DesiredView)",
@@ -291,6 +292,15 @@ MUTANTS = (
         "ties", "equal distances go to the higher index", TRUTH,
         "a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))", "a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))",
         REFERENCE,
+    ),
+    Mutant(
+        "turned maps", "lie along the edges", "src/methods/across_edges.rs",
+        "0.5 * area.ln() + EDGES_WORTH * alignment",
+        "0.5 * area.ln() - EDGES_WORTH * alignment", TURNS,
+    ),
+    Mutant(
+        "turned maps", "of a paraboloid have its axes everywhere", "src/methods/across_edges.rs",
+        "axis - 2.0 * axis.dot(normal) * normal", "axis - 0.0 * axis.dot(normal) * normal", TURNS,
     ),
 )  # fmt: skip
 

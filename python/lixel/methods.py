@@ -1115,10 +1115,11 @@ class ImprovedParaboloid(ShadowMapMethod):
     Parameters
     ----------
     cut : {"frustum", "cone", "receivers"}
-        To the frustum's corners, as published; to the square around the smallest cone of the
-        receivers themselves; to the smallest rectangle of the receivers, in the paraboloid whose
-        axis gives them the finest texels: a paraboloid's are finer away from its axis, so it often
-        looks past them, up to 136 degrees. The axis jumps as the camera moves.
+        To the frustum's corners, as published; to the smallest square of the receivers themselves
+        around the axis of their smallest cone; to the box of the receivers, in the paraboloid whose
+        axis gives them the finest texels, turned so that rows and columns lie across the edges of
+        the scene: a paraboloid's texels are finer away from its axis, so it often looks past the
+        receivers, up to 136 degrees. Axis and turn jump as the camera moves.
 
     The others are those of `ShadowMapMethod`.
 

@@ -16,6 +16,10 @@ const NEAR_SHARE: f64 = 1.0 / (1 << 30) as f64;
 /// A cone up to this angle is one perspective map; a wider one is stretched too much at its rim.
 const WIDEST_PERSPECTIVE: f64 = 1.2;
 
+/// Directions that the smallest cone around some is found by, and steps to its axis.
+const MOST_TOUCHED: usize = 30;
+const STEPS_TO_MIDDLE: u32 = 400;
+
 /// Axes without a size: perspective or paraboloid with one texel to the unit, y down.
 pub fn central_axes(kind: Kind, origin: DVec3, direction: DVec3) -> Projection {
     let (right, up, forward) = light_axes(direction);
@@ -190,21 +194,45 @@ pub fn frustum_corners(camera: &Camera, depths: (f64, f64)) -> [DVec3; 8] {
     })
 }
 
-/// The axis of the smallest cone around directions, by walking towards the farthest one in shrinking steps
-/// (Bădoiu and Clarkson, "Smaller core-sets for balls", SODA 2003); none if they cancel.
+/// Where directions lie in the plane of central axes.
+pub fn places_of(axes: &Projection, directions: &[DVec3]) -> Vec<DVec2> {
+    let places = directions
+        .iter()
+        .map(|&direction| axes.texel_from_point(axes.origin + direction).truncate());
+    places.collect()
+}
+
+/// The axis of the smallest cone around unit directions: of those few that it touches, which are found one by one as
+/// the farthest of all from the axis (Bădoiu and Clarkson, "Smaller core-sets for balls", SODA 2003); none if they
+/// cancel.
 pub fn smallest_cone_axis(directions: &[DVec3]) -> Option<DVec3> {
-    let mut middle = directions.iter().sum::<DVec3>() / directions.len().max(1) as f64;
-    for step in 1..=200 {
-        let mut farthest = (0.0, *directions.first()?);
-        for &direction in directions {
-            let distance = middle.distance_squared(direction);
-            if distance > farthest.0 {
-                farthest = (distance, direction);
-            }
+    let mut touched = vec![*directions.first()?];
+    let mut middle = touched[0];
+    for _ in 0..MOST_TOUCHED {
+        let farthest = farthest_from(middle, directions)?;
+        if touched.contains(&farthest) {
+            break;
         }
-        middle += (farthest.1 - middle) / f64::from(step + 1);
+        touched.push(farthest);
+        middle = middle_of_ball(&touched)?;
     }
     (middle.length() > 1e-3).then(|| middle.normalize())
+}
+
+/// The middle of the smallest ball around points, by walking towards the farthest one in shrinking steps (the same
+/// paper, section 3).
+fn middle_of_ball(points: &[DVec3]) -> Option<DVec3> {
+    let mut middle = points.iter().sum::<DVec3>() / points.len() as f64;
+    for step in 1..=STEPS_TO_MIDDLE {
+        middle += (farthest_from(middle, points)? - middle) / f64::from(step + 1);
+    }
+    Some(middle)
+}
+
+fn farthest_from(middle: DVec3, points: &[DVec3]) -> Option<DVec3> {
+    let distance = |point: &DVec3| middle.distance_squared(*point);
+    let farther = |a: &&DVec3, b: &&DVec3| distance(a).total_cmp(&distance(b));
+    points.iter().max_by(farther).copied()
 }
 
 #[cfg(test)]

@@ -54,7 +54,12 @@ impl ShadowMethod for DualParaboloid {
 /// Submits what was recorded so far.
 pub fn fit_dual_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     let position = view.light_position(DualParaboloid::NAME)?;
-    let axis = view.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
-    let halves = hemispheres(position, axis, view.scene.bounds());
+    let halves = halves_of_light(view, position);
     cut_layers(view, halves, cut, resolution)
+}
+
+/// The halves of space around a light's position, along its axis.
+pub fn halves_of_light(view: &View, position: DVec3) -> Vec<Fitted> {
+    let axis = view.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
+    hemispheres(position, axis, view.scene.bounds())
 }

@@ -8,21 +8,21 @@
 //! mapping. ISVC 2011, sections 3.1-3.3, Eq. 1-2. The text's maximum of dot products in Eq. 2 is meant as
 //! the largest angle. Rasterization is exact here, with no tessellation.
 //!
-//! Parameters: those of every map, and `cut`: `frustum`, the paper's; `cone`, the square around the
-//! smallest cone of the receivers themselves; `receivers`, their smallest rectangle in the paraboloid whose axis
-//! gives them the finest texels. The last two go past the paper, and cut also where the light is inside the
-//! frustum, its future work.
+//! Parameters: those of every map, and `cut`: `frustum`, the paper's; `cone`, the smallest square around the axis
+//! of the smallest cone of the receivers themselves; `receivers`, their box in the paraboloid whose axis gives
+//! them the finest texels, turned across the scene's edges. The last two go past the paper, and cut also where
+//! the light is inside the frustum, its future work.
 //!
 //! Limits: with the light inside the truncated frustum, or so near that a hemisphere does not hold the cone,
 //! `frustum` falls back to dual paraboloids. `cone`, and `receivers` with the light in the view, do so only
 //! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
 //! texels is one of two hundred, and jumps as the camera moves.
 
-use super::across_edges::turned;
+use super::across_edges::{cheapest, paraboloid_across_edges, quarter_in, turned, turned_place};
 use super::central_fit::{
-    axes_for_scene, fit_box, fit_square, frustum_corners, smallest_cone_axis,
+    axes_for_scene, fit_box, fit_square, frustum_corners, places_of, smallest_cone_axis,
 };
-use super::dual_paraboloid::fit_dual_paraboloid;
+use super::dual_paraboloid::{fit_dual_paraboloid, halves_of_light};
 use super::fit::{self, Fit, cut_layers, parallel_layer};
 use super::parallel_fit::{self, axes_at, bounds_of, projected_box};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
@@ -59,6 +59,9 @@ const FARTHEST: f64 = 2.5;
 /// Axes that are tried, and how many times a receiver is put into one of them.
 const AXES: u32 = 200;
 const MOST_TRIALS: usize = 80_000;
+
+/// Turns of the square around a cone that are tried.
+const SQUARES: u32 = 32;
 
 impl ShadowMethod for ImprovedParaboloid {
     const NAME: &'static str = "improved_paraboloid";
@@ -159,7 +162,7 @@ fn is_in_frustum(view: &View, point: DVec3, (near, far): (f64, f64)) -> bool {
         && (0.0..=f64::from(view.camera.height)).contains(&pixel.y)
 }
 
-/// The receivers themselves: the square around their smallest cone, or their smallest rectangle.
+/// The receivers themselves: the smallest square around the axis of their smallest cone, or their box.
 fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
     let scene = view.scene.bounds();
     // Around a light in the view one map past the hemisphere is coarser than two.
@@ -182,18 +185,22 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
     let directions: Vec<_> = rays.collect();
     let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
     let axes_along = |axis| axes_for_scene(Kind::Paraboloid, light, axis, scene);
-    let finest = match cut {
-        Cut::Frustum | Cut::Cone => None,
-        Cut::Receivers => finest_axes(axes_along, axis, tried, &directions),
+    let along_cone = axes_along(axis);
+    let axes = match cut {
+        Cut::Frustum | Cut::Cone => across_smallest_square(&along_cone, &directions),
+        Cut::Receivers => {
+            let finest = finest_axes(axes_along, axis, tried, &directions).unwrap_or(along_cone);
+            paraboloid_across_edges(view.scene, &finest, &directions)
+        }
     };
-    let layer = Fitted::everywhere(finest.unwrap_or_else(|| axes_along(axis)));
+    let layer = Fitted::everywhere(axes);
     // Some receivers often tell that one map does not hold them all.
     let is_outside = |direction: &DVec3| {
         let place = layer.projection.texel_from_point(light + *direction);
         place.truncate().abs().max_element() > most
     };
     if directions.iter().any(is_outside) {
-        return fit_dual_paraboloid(view, fit::Cut::Receivers, resolution);
+        return fit_halves(view, light, &directions, resolution);
     }
     let Some(corners) = view.receiver_bounds(std::slice::from_ref(&layer))?[0] else {
         return Ok(vec![]);
@@ -202,7 +209,7 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
     let outermost = corners.0.truncate().abs().max(corners.1.truncate().abs());
     let widest = outermost.max_element();
     if widest > most {
-        return fit_dual_paraboloid(view, fit::Cut::Receivers, resolution);
+        return fit_halves(view, light, &directions, resolution);
     }
     let distances = (view.camera.eye - light).length() + corners.1.z;
     let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
@@ -215,6 +222,39 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
         Cut::Receivers => fit_box(&axes, corners, most, resolution, rounding, false),
     };
     Ok(vec![Fitted::everywhere(projection)])
+}
+
+/// Two paraboloids, each turned across the edges and cut to its receivers.
+fn fit_halves(
+    view: &mut View,
+    light: DVec3,
+    directions: &[DVec3],
+    resolution: u32,
+) -> Result<Vec<Fitted>> {
+    let mut halves = halves_of_light(view, light);
+    for half in &mut halves {
+        let axes = &half.projection;
+        let own = directions.iter().filter(|d| d.dot(axes.z_axis) > 0.0);
+        let own: Vec<_> = own.copied().collect();
+        half.projection = paraboloid_across_edges(view.scene, axes, &own);
+    }
+    cut_layers(view, halves, fit::Cut::Receivers, resolution)
+}
+
+/// The axes, turned so that the square around them that holds the directions is the smallest: down to 1 / sqrt(2)
+/// of that around their circle.
+fn across_smallest_square(axes: &Projection, directions: &[DVec3]) -> Projection {
+    let places = places_of(axes, directions);
+    let widest = |&right: &DVec2| {
+        let sides = places
+            .iter()
+            .map(|&place| turned_place(place, right).abs().max_element());
+        sides.fold(0.0, f64::max)
+    };
+    turned(
+        axes,
+        cheapest(quarter_in(SQUARES).map(DVec2::from_angle), widest),
+    )
 }
 
 /// Along the first axis or one of `count` others, those axes, turned as the receivers lie, whose texels are the
@@ -236,10 +276,7 @@ fn finest_axes(
     let tried = (0..count).map(|i| spiral_direction(i, count));
     let tried: Vec<_> = std::iter::once(first).chain(tried).collect();
     let fitted = tried.into_par_iter().map(axes_along).filter_map(|axes| {
-        let places = samples
-            .iter()
-            .map(|&d| axes.texel_from_point(axes.origin + d).truncate());
-        let places: Vec<_> = places.collect();
+        let places = places_of(&axes, &samples);
         let mut angles = 0.0;
         for place in &places {
             let squared = place.length_squared();
@@ -329,6 +366,19 @@ mod tests {
         let ratio = mean_angle(&finest) / mean_angle(&axes_along(cone));
         assert!(ratio < 0.8, "{ratio}");
         assert!((finest.x_axis.cross(finest.y_axis) - finest.z_axis).length() < 1e-9);
+    }
+
+    #[test]
+    fn the_square_around_a_cone_stands_on_its_side_where_that_is_smaller() {
+        let corners = [[0.1, 0.0], [0.0, 0.3], [0.0, -0.3]].map(DVec2::from);
+        let axes = axes_along(DVec3::new(0.2, -0.7, 0.4).normalize());
+        let looks = corners.map(|corner| axes.ray_from_texel(corner).1);
+        let turned = across_smallest_square(&axes, &looks);
+        let sides = places_of(&turned, &looks).into_iter();
+        let widest = sides
+            .map(|place| place.abs().max_element())
+            .fold(0.0, f64::max);
+        assert!((widest - 0.3 / 2.0_f64.sqrt()).abs() < 1e-9, "{widest}");
     }
 
     #[test]
