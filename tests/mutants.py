@@ -217,10 +217,19 @@ MUTANTS = (
         ("pytest", "tests/test_fits.py"),
     ),
     Mutant(
-        "turns", "the scene's edges have no say for a cube", ACROSS,
+        "turns", "a cube lies along the edges", ACROSS,
         "edges.alignment(x, y) + edges.alignment(y, z) + edges.alignment(z, x)",
-        "0.0 * (edges.alignment(x, y) + edges.alignment(y, z) + edges.alignment(z, x))",
+        "-edges.alignment(x, y) - edges.alignment(y, z) - edges.alignment(z, x)",
         ("pytest", "tests/test_fits.py", "-k", "turned_cube"),
+    ),
+    Mutant(
+        "turns", "maps lie along the edges", ACROSS,
+        "0.5 * area.ln() + EDGES_WORTH * alignment", "0.5 * area.ln() - EDGES_WORTH * alignment",
+        TURNS,
+    ),
+    Mutant(
+        "turns", "a paraboloid's axes are the same everywhere", ACROSS,
+        "axis - 2.0 * axis.dot(normal) * normal", "axis - 0.0 * axis.dot(normal) * normal", TURNS,
     ),
     Mutant(
         "texels of a tile", "the last column is left out", TILES,
@@ -292,15 +301,6 @@ MUTANTS = (
         "ties", "equal distances go to the higher index", TRUTH,
         "a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))", "a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))",
         REFERENCE,
-    ),
-    Mutant(
-        "turned maps", "lie along the edges", "src/methods/across_edges.rs",
-        "0.5 * area.ln() + EDGES_WORTH * alignment",
-        "0.5 * area.ln() - EDGES_WORTH * alignment", TURNS,
-    ),
-    Mutant(
-        "turned maps", "of a paraboloid have its axes everywhere", "src/methods/across_edges.rs",
-        "axis - 2.0 * axis.dot(normal) * normal", "axis - 0.0 * axis.dot(normal) * normal", TURNS,
     ),
 )  # fmt: skip
 
