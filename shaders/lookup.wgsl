@@ -17,6 +17,7 @@
 #import lib/receivers
 #import lib/image_tiles
 #import lib/edges
+#import lib/tears
 #import stored
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
@@ -74,8 +75,12 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     if !is_on_map(size, centred + projection.centre) {
         return 1.0;
     }
-    let warped = warped_from_linear(warp, (centred + projection.centre) / size);
-    let middle = vec2<i32>(clamp(floor(warped.uv * size), vec2<f32>(0.0), size - 1.0));
+    let linear = (centred + projection.centre) / size;
+    let warped = warped_from_linear(warp, linear);
+    let sheet = sheet_of(warp, warped, projection.size);
+    // The receiver's own texel, or the one beside it whose centre is of the same sheet.
+    let own = clamp(vec2<i32>(floor(warped.uv * size)), sheet.low, sheet.high);
+    let middle = clamp(own, vec2<i32>(0), vec2<i32>(projection.size) - 1);
     let normal = projected_from_normal(projection, receiver.normal);
     let slope = depth_slope(projection, normal, receiver.q);
     // Rounding moves a depth, and moves it again by the slope where it moves the texel.
@@ -86,7 +91,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     if samples > 0u {
         let slope_bias = abs(slope) * receivers.slope_bias;
         let place = Place(centred, normal, slope_bias, even_bias + beam_bias, world_slope);
-        return share_in_disc(receivers, projection, warp, receiver, place, warped.uv * size);
+        return share_in_disc(receivers, projection, warp, receiver, place, sheet, warped.uv * size);
     }
     let least_bias = even_bias + receivers.slope_bias * (abs(slope.x) + abs(slope.y));
 
@@ -106,17 +111,15 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         above = first_of_row;
         for (var x = -reach; x <= reach; x += 1) {
             let texel = middle + vec2<i32>(x, y);
-            if all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
+            let is_beside = all(texel >= sheet.low) && all(texel <= sheet.high);
+            if is_beside || (x == 0 && y == 0) {
                 let place = vec2<i32>(x, y) + reach;
-                let linear = linear_from_neighbour(warp, &neighbours, place, texel, projection.size);
-                let step = linear * size - projection.centre - centred;
-                let plane = depth_of_neighbour(projection, normal, receiver.q, step * receivers.receiver_plane, TEXEL_REACH);
-                // The farther a curved surface is taken for its plane, the more that is wrong.
-                let bias = least_bias + beam_bias * max(1.0, length(step));
+                let there = linear_from_neighbour(&neighbours, place, texel, projection.size);
+                let step = there * size - projection.centre - centred;
                 let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
                 let id = stored.triangle;
                 texels |= bit;
-                if stored_depth(projection, plane - bias) > stored.depth {
+                if is_before_plane(receivers, projection, receiver.q, normal, step, least_bias, beam_bias, stored.depth) {
                     nearer |= bit;
                 }
                 if id == previous || id == above {
@@ -132,12 +135,54 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         }
     }
     candidates &= ~known;
+
+    // Across a tear, the texels around the nearest one there stand for those that would be beside the middle.
+    // Corners belong to the sheets above and below.
+    var moved = 0u;
+    var ids: array<u32, 25>;            // of the triangles there
+    let outside = texels_outside(sheet, middle, reach);
+    var torn = torn_sides(warp, warped, outside);
+    while !is_rectilinear && reach > 0 && torn != 0u {
+        let i = firstTrailingBit(torn);
+        torn &= torn - 1u;
+        let side = SIDES[i];
+        let along = abs(side.yx);
+        let nearest = texel_across(warp, linear, warped, side, projection.size);
+        for (var j = 0; j < outside[i] * (2 * reach + 1); j += 1) {
+            let step_out = j / (2 * reach + 1);
+            let step_along = j % (2 * reach + 1) - reach;
+            let texel = nearest + side * step_out + along * step_along;
+            let beside = side * (reach + 1 - outside[i] + step_out) + along * step_along;
+            let row = middle.y + beside.y;
+            let is_corner = side.y == 0 && (row < sheet.low.y || row > sheet.high.y);
+            if !is_corner && all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
+                let place = u32((beside.y + reach) * (2 * reach + 1) + beside.x + reach);
+                let bit = 1u << place;
+                let step = linear_from_texel(warp, texel, projection.size) * size - projection.centre - centred;
+                let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
+                let id = stored.triangle;
+                texels |= bit;
+                if is_before_plane(receivers, projection, receiver.q, normal, step, least_bias, beam_bias, stored.depth) {
+                    nearer |= bit;
+                }
+                if id == previous {
+                    known |= bit;
+                } else if id != NO_TRIANGLE && id != receiver.triangle {
+                    candidates |= bit;
+                }
+                moved |= bit;
+                ids[place] = id;
+                previous = id;
+            }
+        }
+    }
     let aside = warped.uv * size - vec2<f32>(middle) - 0.5;
     let nine = select(NINE, NINE_OF_25, reach == 2);
-    let ninths = 9u * countOneBits(nearer & nine) / countOneBits(texels & nine);
+    let ninths = 9u * countOneBits(nearer & nine) / max(countOneBits(texels & nine), 1u);
     let are_small = (nearer & known & nine) == 0u && ninths >= 6u;
     let agreeing = select(AGREEING, AGREEING_OF_SMALL, are_small);
-    var hit = uses_depths && ninths >= 4u && bilinear_share(nearer, aside) >= agreeing * bilinear_share(texels, aside);
+    let is_behind = ninths >= 4u && bilinear_share(nearer, aside) >= agreeing * bilinear_share(texels, aside);
+    var hit = uses_depths && is_behind;
     if !uses_triangles {
         return select(1.0, 0.0, hit);
     }
@@ -146,10 +191,30 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         candidates &= candidates - 1u;
         let side = 2 * reach + 1;
         let texel = middle + vec2<i32>(place % side, place / side) - reach;
-        let id = load_stored(u32(texel.y) * projection.size.x + u32(texel.x)).triangle;
+        var id = load_stored(u32(texel.y) * projection.size.x + u32(texel.x)).triangle;
+        if !is_rectilinear {
+            id = select(id, ids[place], ((moved >> u32(place)) & 1u) != 0u);
+        }
         hit = hits(projection, id, ray_from_projected(receiver.q), depth - rounding);
     }
     return select(1.0, 0.0, hit);
+}
+
+// Whether a depth, on the ray through a texel's centre, is before the receiver's plane there.
+fn is_before_plane(
+    receivers: Receivers,
+    projection: Projection,
+    q: vec3<f32>,
+    normal: vec3<f32>,
+    step: vec2<f32>,
+    least_bias: f32,
+    beam_bias: f32,
+    depth: f32,
+) -> bool {
+    let plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
+    // The farther a curved surface is taken for its plane, the more that is wrong.
+    let bias = least_bias + beam_bias * max(1.0, length(step));
+    return stored_depth(projection, plane - bias) > depth;
 }
 
 // The weight of the texels whose bits are set, of which only the four around the receiver have any. The receiver
@@ -186,6 +251,7 @@ fn share_in_disc(
     warp: Warp,
     receiver: Receiver,
     place: Place,
+    sheet: Sheet,
     middle: vec2<f32>,
 ) -> f32 {
     let size = vec2<f32>(projection.size);
@@ -209,12 +275,15 @@ fn share_in_disc(
             texel = select(vec2<f32>(-1e8), texel, is_on_map(size, linear));
         }
         if is_on_map(size, texel) {
+            var whole = vec2<i32>(clamp(floor(texel), vec2<f32>(0.0), size - 1.0));
+            whole = select(clamp(whole, sheet.low, sheet.high), whole, is_unwarped);
             tests += 1;
-            lit += i32(is_lit_at(receivers, projection, warp, receiver, place, texel));
+            lit += i32(is_lit_at(receivers, projection, warp, receiver, place, whole));
         }
     }
     if tests == 0 {
-        return f32(is_lit_at(receivers, projection, warp, receiver, place, middle));
+        let own = vec2<i32>(clamp(floor(middle), vec2<f32>(0.0), size - 1.0));
+        return f32(is_lit_at(receivers, projection, warp, receiver, place, own));
     }
     return f32(lit) / f32(tests);
 }
@@ -237,10 +306,9 @@ fn is_lit_at(
     warp: Warp,
     receiver: Receiver,
     place: Place,
-    at: vec2<f32>,
+    texel: vec2<i32>,
 ) -> bool {
     let size = vec2<f32>(projection.size);
-    let texel = vec2<i32>(clamp(floor(at), vec2<f32>(0.0), size - 1.0));
     let step = linear_from_texel(warp, texel, projection.size) * size - projection.centre - place.centred;
     let plane = depth_of_neighbour(projection, place.normal, receiver.q, step * receivers.receiver_plane, DISC_REACH);
     // The farther, the more a slope's bias must take off.

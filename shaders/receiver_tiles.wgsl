@@ -3,6 +3,7 @@
 #import lib/receivers
 #import lib/image_tiles
 #import warp
+#import lib/tears
 
 struct Tiles {
     shift: u32,                         // binary logarithm of the side of a tile
@@ -15,8 +16,8 @@ struct Tiles {
 @group(0) @binding(1) var<uniform> tiles_uniform: Tiles;
 @group(0) @binding(2) var<storage, read_write> receiver_tiles: array<atomic<u32>>;
 
-// Of the map.
-const WIDTH_OF_BORDER: f32 = 2e-6;
+// The lookup of a torn warp begins up to a texel beside the receiver's own, and this pass may round otherwise.
+const TORN_REACH: f32 = 1.0;
 
 @compute @workgroup_size(IMAGE_TILE.x)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -26,31 +27,48 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let warp = load_warp();
     let size = vec2<f32>(projection.size);
     let pixel = first_pixel(group, local);
-    // Between two functions a receiver may look at either's tiles, as the lookup rounds.
-    let sides = select(2u, 1u, is_rectilinear);
+    let reach = tiles.reach + select(TORN_REACH, 0.0, is_rectilinear);
     // Neighbours mostly look at the same tiles.
     var known = vec4<u32>(0xffffffffu);
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
         let row = pixel.y + i;
         if pixel.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, pixel.x, row);
-            let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
-            for (var side = 0u; side < sides; side += 1u) {
-                let aside = select(0.0, f32(side) - 0.5, sides == 2u) * WIDTH_OF_BORDER;
-                let place = warped_from_linear(warp, texel / size + aside).uv * size;
-                let first = vec2<u32>(clamp(place - tiles.reach, vec2<f32>(0.0), size - 1.0));
-                let last = vec2<u32>(clamp(place + tiles.reach, vec2<f32>(0.0), size - 1.0));
-                let corners = vec4<u32>(first, last) >> vec4<u32>(tiles.shift);
-                var is_new = receiver.faces_light && any(corners != known);
-                while is_new {
-                    known = corners;
-                    is_new = false;
-                    atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.x], 1u);
-                    atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.z], 1u);
-                    atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.x], 1u);
-                    atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.z], 1u);
+            let linear = (centred_texel_from_projected(projection, receiver.q) + projection.centre) / size;
+            let warped = warped_from_linear(warp, linear);
+            let place = warped.uv * size;
+            var corners = tiles_around(tiles, place, reach, size);
+            var is_new = receiver.faces_light && any(corners != known);
+            while is_new {
+                known = corners;
+                is_new = false;
+                mark(tiles, corners);
+            }
+            if !is_rectilinear {
+                let sheet = sheet_of(warp, warped, projection.size);
+                let outside = texels_outside(sheet, vec2<i32>(place), i32(ceil(reach)) + 1);
+                var torn = select(0u, torn_sides(warp, warped, outside), receiver.faces_light);
+                while torn != 0u {
+                    let side = SIDES[firstTrailingBit(torn)];
+                    torn &= torn - 1u;
+                    let across = texel_across(warp, linear, warped, side, projection.size);
+                    mark(tiles, tiles_around(tiles, vec2<f32>(across) + 0.5, reach, size));
                 }
             }
         }
     }
+}
+
+// Columns and rows of the tiles at the corners of a square around a place.
+fn tiles_around(tiles: Tiles, place: vec2<f32>, reach: f32, size: vec2<f32>) -> vec4<u32> {
+    let first = vec2<u32>(clamp(place - reach, vec2<f32>(0.0), size - 1.0));
+    let last = vec2<u32>(clamp(place + reach, vec2<f32>(0.0), size - 1.0));
+    return vec4<u32>(first, last) >> vec4<u32>(tiles.shift);
+}
+
+fn mark(tiles: Tiles, corners: vec4<u32>) {
+    atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.x], 1u);
+    atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.z], 1u);
+    atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.x], 1u);
+    atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.z], 1u);
 }

@@ -44,6 +44,8 @@ LOOKUPS = (
     "auto or misclassified or noon or one_row",
 )
 HIDDEN = ("pytest", "tests/test_hidden_parts.py")
+TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear")
+SEEN_TILES = ("pytest", "tests/test_receiver_tiles.py", "-k", "torn")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 
 
@@ -60,6 +62,7 @@ class Mutant:
 
 
 LOOKUP = "shaders/lookup.wgsl"
+SEEN = "shaders/receiver_tiles.wgsl"
 GRID = "shaders/warp/grid.wgsl"
 TABLES = "shaders/warp_map.wgsl"
 BANDS = "shaders/rasterize_bands.wgsl"
@@ -95,9 +98,42 @@ MUTANTS = (
         "greatest_height > least_margin", SEARCHES,
     ),
     Mutant(
+        "tears", "what lies beside a texel is its neighbour", LOOKUP,
+        "let is_beside = all(texel >= sheet.low) && all(texel <= sheet.high);",
+        "let is_beside = all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size));",
+        TORN,
+    ),
+    Mutant(
+        "tears", "end the lookup", LOOKUP,
+        "while !is_rectilinear && reach > 0 && torn != 0u {",
+        "while !is_rectilinear && reach > 2 && torn != 0u {", TORN,
+    ),
+    Mutant(
+        "tears", "a receiver's own texel may be of another sheet", LOOKUP,
+        "clamp(vec2<i32>(floor(warped.uv * size)), sheet.low, sheet.high);",
+        "vec2<i32>(floor(warped.uv * size));", TORN,
+    ),
+    Mutant(
+        "tears", "the nearest texel across is not found along the rows", GRID,
+        "select(edge.x, value_of_row(warp, beside.x, linear.x), is_along_y)",
+        "select(edge.x, value_of_row(warp, warped.functions.x, linear.x), is_along_y)", TORN,
+    ),
+    Mutant(
+        "tears", "a disc goes on beyond them", LOOKUP,
+        "whole = select(clamp(whole, sheet.low, sheet.high), whole, is_unwarped);", "", TORN,
+    ),
+    Mutant(
+        "tears", "tiles across are not drawn", SEEN,
+        "mark(tiles, tiles_around(tiles, vec2<f32>(across) + 0.5, reach, size));", "", SEEN_TILES,
+    ),
+    Mutant(
+        "tears", "what is hidden is looked for however torn a map is", "src/passes/rasterize.rs",
+        "pieces.is_none() && bands <= MOST_HIDING_BANDS", "pieces.is_none()", SEEN_TILES,
+    ),
+    Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP,
-        "if stored_depth(projection, plane - bias) > stored",
-        "if stored_depth(projection, plane + bias) > stored", BIAS,
+        "return stored_depth(projection, plane - bias) > depth;",
+        "return stored_depth(projection, plane + bias) > depth;", BIAS,
     ),
     Mutant(
         "bias", "knows the slope along one axis", LOOKUP,

@@ -30,6 +30,33 @@ def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup, monkeypa
         monkeypatch.delenv("LIXEL_SKIP_NOTHING")
 
 
+@pytest.mark.parametrize("function_count", [64, 256])
+@pytest.mark.parametrize(
+    "light",
+    [
+        lx.DirectionalLight((0.4, -1.0, -0.3)),
+        lx.DirectionalLight((0.8, -0.5, -0.3)),
+        lx.PointLight((1.0, 4.0, 2.0)),
+    ],
+    ids=["high", "low", "lamp"],
+)
+def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count, monkeypatch):
+    """The lookup goes on across tears, and triangles hide what lies behind them in whole tiles."""
+    fit = "desired_view" if isinstance(light, lx.DirectionalLight) else "cube"
+    for subdivisions, width, height in ((2, 60, 40), (4, 96, 64)):
+        scene = lx.scenes.objects_on_floor(count=16, subdivisions=subdivisions)
+        camera = lx.Camera.look_at((2, 3, 6), (1, 0, 0), yfov=0.5, width=width, height=height)
+        for lookup in ("auto", "triangle"):
+            torn = lx.NonOrthogonalWarp(
+                fit=fit, lookup=lookup, resolution=1024, function_count=function_count, smoothing=0
+            )
+            part = lx.render_shadows(scene, camera, light, torn)
+            monkeypatch.setenv("LIXEL_SKIP_NOTHING", "1")
+            whole = lx.render_shadows(scene, camera, light, torn)
+            monkeypatch.delenv("LIXEL_SKIP_NOTHING")
+            assert part.tobytes() == whole.tobytes()
+
+
 def test_less_is_drawn_where_no_receiver_looks():
     scene = lx.scenes.objects_on_floor(count=64, subdivisions=3)
     camera = lx.Camera.look_at((4, 3, 4), (0, 0, 0), yfov=0.4, width=160, height=90)

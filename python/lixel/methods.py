@@ -614,9 +614,9 @@ class NonOrthogonalWarp(WarpMethod):
     in proportion to ``n**(2/3)`` or ``n**(1/2)``; equal counts take too much from what is thinly
     covered.
 
-    Limits: where neighbouring functions differ much a texel's footprint is torn, which costs
-    accuracy that the even spread had won. The analysis and the rasterization take
-    longer than those of `RectilinearWarp`.
+    Limits: where neighbouring functions differ much the map is torn. The lookup goes on across a
+    tear, at the nearest texel there; what a texel on the tear itself sees is of one side alone. The
+    analysis and the rasterization take longer than those of `RectilinearWarp`.
 
     Parameters
     ----------
@@ -628,7 +628,8 @@ class NonOrthogonalWarp(WarpMethod):
     function_count : int, optional
         Functions along each axis. The papers' is `importance_resolution`, which is also the most.
         None: 16, or as many as there are cells; all with ``rasterization="linear"``, whose straight
-        edges come near the warp's only where neighbouring functions are alike.
+        edges come near the warp's only where neighbouring functions are alike. 32 leave 0.93 of the
+        wrong pixels of 16 in 1.07 (a cube: 1.12) of the time; for that a larger map wins more.
     smoothing : float, optional
         Standard deviation, in cells, of the weighted average of counts among neighbouring rows
         (columns). None: a thirty-second of `importance_resolution`, less the rows that share a

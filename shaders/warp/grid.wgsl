@@ -22,12 +22,21 @@ struct Warp {
 
 struct Warped {
     uv: vec2<f32>,
-    scale: vec2<f32>,           // how much the warp widens along each axis
+    functions: vec2<u32>,       // that took it there: of its row, of its column
+}
+
+// Texels, from `low` to `high`, whose centres the same two functions take there: between sheets the map is
+// torn, and what lies beside a texel comes from elsewhere.
+struct Sheet {
+    low: vec2<i32>,
+    high: vec2<i32>,
 }
 
 const IS_WARPED: bool = true;
 // Whether there is one function along each axis.
 override is_rectilinear: bool = false;
+// More are not looked through: all loops of an invocation together must stay short, see passes/rasterize.rs.
+const MOST_FUNCTIONS: u32 = 64u;
 // Functions that share an envelope.
 const BLOCK: u32 = 16u;
 
@@ -38,13 +47,21 @@ fn load_warp() -> Warp {
     return warp_uniform;
 }
 
-// The value at x of a function whose boundaries start at `first`, and its slope.
-fn value_and_slope(first: u32, cells: u32, x: f32) -> vec2<f32> {
+// The value at x of a function whose boundaries start at `first`.
+fn value_at(first: u32, cells: u32, x: f32) -> f32 {
     let place = clamp(x, 0.0, 1.0) * f32(cells);
     let cell = min(u32(place), cells - 1u);
     let a = warp_table[first + cell];
     let b = warp_table[first + cell + 1u];
-    return vec2<f32>(a + (b - a) * (place - f32(cell)), (b - a) * f32(cells));
+    return a + (b - a) * (place - f32(cell));
+}
+
+fn value_of_row(warp: Warp, row: u32, x: f32) -> f32 {
+    return value_at(warp.forward.x + row * (warp.cells.x + 1u), warp.cells.x, x);
+}
+
+fn value_of_column(warp: Warp, column: u32, y: f32) -> f32 {
+    return value_at(warp.forward.y + column * (warp.cells.y + 1u), warp.cells.y, y);
 }
 
 fn function_at(place: f32, functions: u32) -> u32 {
@@ -54,16 +71,54 @@ fn function_at(place: f32, functions: u32) -> u32 {
     return min(u32(clamp(place, 0.0, 1.0) * f32(functions)), functions - 1u);
 }
 
-fn warped_along_x(warp: Warp, uv: vec2<f32>) -> vec2<f32> {
+fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
     let row = function_at(uv.y, warp.functions.x);
-    return value_and_slope(warp.forward.x + row * (warp.cells.x + 1u), warp.cells.x, uv.x);
+    let x = value_of_row(warp, row, uv.x);
+    let column = function_at(x, warp.functions.y);
+    return Warped(vec2<f32>(x, value_of_column(warp, column, uv.y)), vec2<u32>(row, column));
 }
 
-fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
-    let x = warped_along_x(warp, uv);
-    let column = function_at(x.x, warp.functions.y);
-    let y = value_and_slope(warp.forward.y + column * (warp.cells.y + 1u), warp.cells.y, uv.y);
-    return Warped(vec2<f32>(x.x, y.x), vec2<f32>(x.y, y.y));
+// The first texel whose centre is not before a place.
+fn first_centre(place: f32, size: u32) -> i32 {
+    return i32(ceil(place * f32(size) - 0.5));
+}
+
+// The sheet of a place's two functions; it may be empty.
+fn sheet_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Sheet {
+    if is_rectilinear {
+        return Sheet(vec2<i32>(0), vec2<i32>(size) - 1);
+    }
+    let functions = vec2<f32>(warp.functions.yx);
+    let low = vec2<f32>(warped.functions.yx) / functions;
+    let high = vec2<f32>(warped.functions.yx + 1u) / functions;
+    let top = value_of_column(warp, warped.functions.y, low.y);
+    let bottom = value_of_column(warp, warped.functions.y, high.y);
+    return Sheet(
+        vec2<i32>(first_centre(low.x, size.x), first_centre(top, size.y)),
+        vec2<i32>(first_centre(high.x, size.x), first_centre(bottom, size.y)) - 1,
+    );
+}
+
+// Whether there are sheets above, below, left and right of a place's own.
+fn has_sheets(warp: Warp, warped: Warped) -> vec4<bool> {
+    let before = warped.functions > vec2<u32>(0u);
+    let after = warped.functions + 1u < warp.functions;
+    return vec4<bool>(before.x, after.x, before.y, after.y);
+}
+
+// The texel beside a place that is nearest to it across the tear on that side of its sheet.
+fn texel_across(warp: Warp, linear: vec2<f32>, warped: Warped, side: vec2<i32>, size: vec2<u32>) -> vec2<i32> {
+    let functions = vec2<f32>(warp.functions.yx);
+    let beside = vec2<u32>(vec2<i32>(warped.functions) + side.yx);
+    let edge = vec2<f32>(vec2<i32>(warped.functions.yx) + max(side, vec2<i32>(0))) / functions;
+    let is_along_y = side.y != 0;
+    let x = select(edge.x, value_of_row(warp, beside.x, linear.x), is_along_y);
+    let column = select(beside.y, function_at(x, warp.functions.y), is_along_y);
+    let y = value_of_column(warp, column, select(linear.y, edge.y, is_along_y));
+    let last = min(side, vec2<i32>(0));
+    let along_y = vec2<i32>(i32(x * f32(size.x)), first_centre(y, size.y) + last.y);
+    let along_x = vec2<i32>(first_centre(x, size.x) + last.x, i32(y * f32(size.y)));
+    return select(along_x, along_y, is_along_y);
 }
 
 // How wide a function is in the linear map: between two of them the warp is torn. 0 where there is one.
@@ -108,37 +163,33 @@ fn linear_from_texel(warp: Warp, texel: vec2<i32>, size: vec2<u32>) -> vec2<f32>
     return vec2<f32>(linear_from_column(warp, function_at(y, warp.functions.x), texel.x, size), y);
 }
 
-// Texels around one, `reach` on each side: a rectilinear warp leaves their columns and rows straight, and each
-// is asked for once.
+// Texels around one, `reach` on each side: the middle's two functions leave their columns and rows straight,
+// and each is asked for once.
 struct Neighbours {
     columns: array<f32, 5>,
     rows: array<f32, 5>,
 }
 
 fn neighbours_of_texel(warp: Warp, middle: vec2<i32>, reach: i32, size: vec2<u32>) -> Neighbours {
+    let column = function_of_column(warp, middle.x, size);
+    let row = band_of_row(warp, column, middle.y, size);
     var neighbours: Neighbours;
-    if is_rectilinear {
-        for (var i = 0; i <= 2 * reach; i += 1) {
-            let texel = clamp(middle + i - reach, vec2<i32>(0), vec2<i32>(size) - 1);
-            neighbours.columns[i] = linear_from_column(warp, 0u, texel.x, size);
-            neighbours.rows[i] = linear_from_row(warp, 0u, texel.y, size);
-        }
+    for (var i = 0; i <= 2 * reach; i += 1) {
+        let texel = clamp(middle + i - reach, vec2<i32>(0), vec2<i32>(size) - 1);
+        neighbours.columns[i] = linear_from_column(warp, row, texel.x, size);
+        neighbours.rows[i] = linear_from_row(warp, column, texel.y, size);
     }
     return neighbours;
 }
 
-// As `linear_from_texel`, of the neighbour at a place, counted from the first one.
+// Linear map coordinates, in [0, 1], of the centre of the neighbour at a place, counted from the first one.
 fn linear_from_neighbour(
-    warp: Warp,
     neighbours: ptr<function, Neighbours>,
     place: vec2<i32>,
     texel: vec2<i32>,
     size: vec2<u32>,
 ) -> vec2<f32> {
-    if is_rectilinear {
-        return vec2<f32>((*neighbours).columns[place.x], (*neighbours).rows[place.y]);
-    }
-    return linear_from_texel(warp, texel, size);
+    return vec2<f32>((*neighbours).columns[place.x], (*neighbours).rows[place.y]);
 }
 
 // Least value at `low` and greatest at `high` of the functions from `first` to `last` along an axis.
@@ -153,8 +204,8 @@ fn values_between(warp: Warp, axis: u32, first: u32, last: u32, low: f32, high: 
     var values = vec2<f32>(1.0, 0.0);
     for (var i = start; i <= end; i += 1u) {
         let skipped = i * (cells + 1u);
-        values.x = min(values.x, value_and_slope(least + skipped, cells, low).x);
-        values.y = max(values.y, value_and_slope(greatest + skipped, cells, high).x);
+        values.x = min(values.x, value_at(least + skipped, cells, low));
+        values.y = max(values.y, value_at(greatest + skipped, cells, high));
     }
     return values;
 }
@@ -181,17 +232,25 @@ fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {
 }
 
 // A bound of the linear map coordinates of the texels from `first` to `last`: least x and y, greatest
-// x and y of their centres.
+// x and y of their centres. All of the map where they are of more than MOST_FUNCTIONS.
 fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) -> vec4<f32> {
-    var y = vec2<f32>(1.0, 0.0);
+    let first_column = function_of_column(warp, first.x, size);
     let last_column = function_of_column(warp, last.x, size);
-    for (var i = function_of_column(warp, first.x, size); i <= last_column; i += 1u) {
+    if last_column - first_column >= MOST_FUNCTIONS {
+        return vec4<f32>(0.0, 0.0, 1.0, 1.0);
+    }
+    var y = vec2<f32>(1.0, 0.0);
+    for (var i = first_column; i <= last_column; i += 1u) {
         y.x = min(y.x, linear_from_row(warp, i, first.y, size));
         y.y = max(y.y, linear_from_row(warp, i, last.y, size));
     }
-    var x = vec2<f32>(1.0, 0.0);
+    let first_row = function_at(y.x, warp.functions.x);
     let last_row = function_at(y.y, warp.functions.x);
-    for (var i = function_at(y.x, warp.functions.x); i <= last_row; i += 1u) {
+    if last_row - first_row >= MOST_FUNCTIONS {
+        return vec4<f32>(0.0, y.x, 1.0, y.y);
+    }
+    var x = vec2<f32>(1.0, 0.0);
+    for (var i = first_row; i <= last_row; i += 1u) {
         x.x = min(x.x, linear_from_column(warp, i, first.x, size));
         x.y = max(x.y, linear_from_column(warp, i, last.x, size));
     }

@@ -6,7 +6,12 @@ struct Warp {
 
 struct Warped {
     uv: vec2<f32>,
-    scale: vec2<f32>,           // how much the warp widens along each axis
+}
+
+// Texels, from `low` to `high`, between tears.
+struct Sheet {
+    low: vec2<i32>,
+    high: vec2<i32>,
 }
 
 const IS_WARPED: bool = false;
@@ -17,7 +22,19 @@ fn load_warp() -> Warp {
 }
 
 fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
-    return Warped(uv, vec2<f32>(1.0));
+    return Warped(uv);
+}
+
+fn sheet_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Sheet {
+    return Sheet(vec2<i32>(0), vec2<i32>(size) - 1);
+}
+
+fn has_sheets(warp: Warp, warped: Warped) -> vec4<bool> {
+    return vec4<bool>(false);
+}
+
+fn texel_across(warp: Warp, linear: vec2<f32>, warped: Warped, side: vec2<i32>, size: vec2<u32>) -> vec2<i32> {
+    return vec2<i32>(0);
 }
 
 // How wide a function is in the linear map: between two of them the warp is torn. 0 where there is one.
@@ -40,13 +57,12 @@ fn neighbours_of_texel(warp: Warp, middle: vec2<i32>, reach: i32, size: vec2<u32
 }
 
 fn linear_from_neighbour(
-    warp: Warp,
     neighbours: ptr<function, Neighbours>,
     place: vec2<i32>,
     texel: vec2<i32>,
     size: vec2<u32>,
 ) -> vec2<f32> {
-    return linear_from_texel(warp, texel, size);
+    return (vec2<f32>(texel) + 0.5) / vec2<f32>(size);
 }
 
 fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {

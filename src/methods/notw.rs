@@ -5,11 +5,12 @@
 //! function: they equalize the histogram of the row. The receivers are then counted again where the
 //! rows' functions put them, and each column gets its function in the same way.
 //!
-//! Beyond the paper, rows share functions: where two functions meet the map is torn, and a texel there
-//! takes in what is not its own. A cell is worth its count to the power 2/3, and a part of each function is the
-//! identity. Of `n` pixels that share `s` of the texels, those along edges that a texel gets wrong are in
-//! proportion to `n s^(-1/2)`; their sum, for a sum of `s` that is given, is least where `s` is in
-//! proportion to `n^(2/3)`. Equalizing counts takes too much from what is thinly covered.
+//! Beyond the paper, rows share functions. Where two functions meet the map is torn: texels side by side are
+//! of places far apart, and the lookup goes on at the nearest texel across the tear (lib/tears.wgsl). A cell is
+//! worth a power of its count, and a part of each function is the identity. Of `n` pixels that share `s` of the
+//! texels, from `n s^(-1/2)` (depth tests) to `n / s` (triangles) are wrong along edges; their sum, for a sum of
+//! `s` that is given, is least where `s` is in proportion to `n^(2/3)` or `n^(1/2)`. Equal counts take too much
+//! from what is thinly covered.
 //!
 //! Tomáš Milet, Jan Navrátil, Pavel Zemčík. An improved non-orthogonal texture warping for better
 //! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 5. Rasterization is exact here.

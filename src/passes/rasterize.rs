@@ -55,6 +55,10 @@ pub struct Rasterized {
 /// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/parts.wgsl`.
 pub const TILE_SHIFT: u32 = 3;
 
+/// With more, what a triangle hides is not looked for: it takes a look at all bands of a tile in each of them, and
+/// all loops of an invocation together must stay below 65,535 iterations.
+const MOST_HIDING_BANDS: u32 = 64;
+
 /// Columns and rows of them.
 pub fn tiles_of_map(projection: &Projection) -> [u32; 2] {
     [projection.width, projection.height].map(|side| side.div_ceil(1 << TILE_SHIFT))
@@ -131,9 +135,10 @@ pub fn rasterize(
         })
     };
     let gpu = frame.gpu.clone();
+    let culls_hidden = skips() && pieces.is_none() && bands <= MOST_HIDING_BANDS;
     let mut constants = vec![
         ("culls_by_depth", flag(skips())),
-        ("culls_hidden", flag(skips() && pieces.is_none())),
+        ("culls_hidden", flag(culls_hidden)),
         ("has_receiver_tiles", flag(receiver_tiles.is_some())),
     ];
     constants.extend(warp_map::constants(warp));

@@ -52,11 +52,9 @@ pub fn receiver_tiles(
         ..Shader::new("receiver_tiles")
     };
     let rows_per_invocation = frame.gpu.work_per_invocation(1, 32);
-    let constants = [
-        &seen.constants()[..],
-        &seen.tiles_constants(rows_per_invocation),
-    ]
-    .concat();
+    let mut constants = seen.constants().to_vec();
+    constants.extend(seen.tiles_constants(rows_per_invocation));
+    constants.extend(warp_map::constants(warp));
     let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
     let mut bindings = seen.bindings(&receivers).to_vec();
     bindings.extend([
