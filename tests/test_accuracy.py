@@ -12,6 +12,7 @@ import pytest
 import lixel as lx
 from lixel import accuracy
 from lixel.random_views import is_in_view, random_camera, random_lights
+from lixel.views import Views
 
 RESULTS = Path(__file__).parents[1] / "docs" / "results"
 
@@ -108,6 +109,24 @@ def test_random_lights_are_the_same_again_and_of_every_kind(view):
     assert [is_in_view(camera, lamp.position) for _, lamp in lamps] == [
         number % 2 == 0 for number, _ in lamps
     ]
+
+
+def test_lights_without_shadow_edges_are_drawn_again(folder, view):
+    entry = json.loads((folder / "scenes.json").read_text())[0]
+
+    def drawn(shadow_edges: bool) -> list[lx.Light]:
+        kinds = ["directional"]
+        found = accuracy.views(folder, entry, view.scene, (96, 64), 40, kinds, shadow_edges)
+        return [light for _, _, name, light in found if name.startswith("random")]
+
+    camera = Views.read(folder / "scenes.json", "boxes.obj").cameras["0"]
+    some, all_of_them = drawn(False), drawn(True)
+    has_edges = [accuracy.casts_shadow_edges(view.scene, camera, light) for light in some]
+    assert 0 < sum(has_edges) < 40
+    for light, has_edge, other in zip(some, has_edges, all_of_them, strict=True):
+        assert accuracy.casts_shadow_edges(view.scene, camera, other)
+        # Those that are drawn again are drawn after all others.
+        assert not has_edge or repr(light) == repr(other)
 
 
 def test_what_is_in_view_is_seen(view):

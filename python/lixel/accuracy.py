@@ -57,6 +57,10 @@ COLUMNS = (
 
 SEED = 6
 
+# Where `shadow_edges` looks for them, and how often a light is drawn before the last is taken.
+SIZE_OF_LOOK = (160, 90)
+MOST_DRAWS = 100
+
 
 class Embree:
     """Shadow rays of Embree, in float32 from float32 points a hair above the surface."""
@@ -98,8 +102,12 @@ def views(
     size: tuple[int, int],
     count: int,
     kinds: Sequence[str] = tuple(KINDS),
+    shadow_edges: bool = False,
 ) -> Iterator[tuple[str, Camera, str, Light]]:
-    """Names and values of every camera and light of a scene; random lights differ by camera."""
+    """Names and values of every camera and light of a scene; random lights differ by camera.
+
+    With `shadow_edges` a random light by which the camera sees no edge of a shadow is drawn again.
+    """
     types = [KINDS[kind] for kind in kinds]
     listed = Views.read(folder / "scenes.json", entry["file"])
     for camera_name, camera in listed.cameras.items():
@@ -110,7 +118,18 @@ def views(
         seed = (SEED, zlib.crc32(f"{entry['file']} {camera_name}".encode()))
         random = np.random.default_rng(seed)
         for number, light in enumerate(random_lights(random, scene, sized, count, types)):
+            for _ in range(MOST_DRAWS if shadow_edges else 0):
+                if casts_shadow_edges(scene, camera, light):
+                    break
+                light = random_lights(random, scene, sized, number + 1, types)[number]
             yield camera_name, sized, f"random {number}", light
+
+
+def casts_shadow_edges(scene: Scene, camera: Camera, light: Light) -> bool:
+    """Whether a small image has both: what is lit, and what faces the light in shadow."""
+    truth = reference(scene, camera.resized(*SIZE_OF_LOOK), light)
+    visibility = truth.visibility[truth.facing]
+    return bool((visibility == 1).any() and (visibility == 0).any())
 
 
 def method_of(text: str) -> Method:
@@ -170,6 +189,7 @@ def run(
     kinds: Sequence[str] = tuple(KINDS),
     scenes: Sequence[str] = (),
     cameras: Sequence[str] = (),
+    shadow_edges: bool = False,
 ) -> None:
     """Judge what the table does not have yet, and append it."""
     done = {(row["scene"], row["camera"], row["light"]) for row in read(output, command)}
@@ -183,7 +203,7 @@ def run(
         embree = None if methods else Embree(scene)
         missing = [
             view
-            for view in views(folder, entry, scene, size, random, kinds)
+            for view in views(folder, entry, scene, size, random, kinds, shadow_edges)
             if (name, view[0], view[2]) not in done and (not cameras or view[0] in cameras)
         ]
         for camera_name, camera, light_name, light in progress(missing, name):
@@ -241,6 +261,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--random", type=int, default=6, metavar="N", help="random lights from each camera"
     )
     parser.add_argument(
+        "--shadow-edges",
+        action="store_true",
+        help="draw a random light again by which a camera sees no edge of a shadow",
+    )
+    parser.add_argument(
         "--kind", action="append", choices=KINDS, help="of lights; may be given more than once"
     )
     parser.add_argument(
@@ -275,6 +300,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.kind or tuple(KINDS),
             options.scene or (),
             options.camera or (),
+            options.shadow_edges,
         )
     except KeyboardInterrupt:
         say("accuracy: stopped; the same command goes on")
