@@ -127,10 +127,6 @@ MUTANTS = (
         "mark(tiles, tiles_around(tiles, vec2<f32>(across) + 0.5, reach, size));", "", SEEN_TILES,
     ),
     Mutant(
-        "tears", "what is hidden is looked for however torn a map is", "src/passes/rasterize.rs",
-        "pieces.is_none() && bands <= MOST_HIDING_BANDS", "pieces.is_none()", SEEN_TILES,
-    ),
-    Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP,
         "return stored_depth(projection, plane - bias) > depth;",
         "return stored_depth(projection, plane + bias) > depth;", BIAS,

@@ -30,15 +30,16 @@ def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup, monkeypa
         monkeypatch.delenv("LIXEL_SKIP_NOTHING")
 
 
-@pytest.mark.parametrize("function_count", [64, 256])
 @pytest.mark.parametrize(
-    "light",
+    ("light", "function_count"),
     [
-        lx.DirectionalLight((0.4, -1.0, -0.3)),
-        lx.DirectionalLight((0.8, -0.5, -0.3)),
-        lx.PointLight((1.0, 4.0, 2.0)),
+        (lx.DirectionalLight((0.4, -1.0, -0.3)), 64),
+        (lx.DirectionalLight((0.4, -1.0, -0.3)), 512),
+        (lx.DirectionalLight((0.8, -0.5, -0.3)), 64),
+        (lx.DirectionalLight((0.8, -0.5, -0.3)), 256),
+        (lx.PointLight((1.0, 4.0, 2.0)), 128),
     ],
-    ids=["high", "low", "lamp"],
+    ids=["high-64", "high-512", "low-64", "low-256", "lamp-128"],
 )
 def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count, monkeypatch):
     """The lookup goes on across tears, and triangles hide what lies behind them in whole tiles."""
