@@ -234,6 +234,10 @@ fn is_on_map(size: vec2<f32>, texel: vec2<f32>) -> bool {
     return all(abs(texel - 0.5 * size) <= 0.5 * size + 0.5);
 }
 
+fn texel_at(size: vec2<f32>, place: vec2<f32>) -> vec2<i32> {
+    return vec2<i32>(clamp(floor(place), vec2<f32>(0.0), size - 1.0));
+}
+
 // A receiver in the light's projection.
 struct Place {
     centred: vec2<f32>,
@@ -275,15 +279,14 @@ fn share_in_disc(
             texel = select(vec2<f32>(-1e8), texel, is_on_map(size, linear));
         }
         if is_on_map(size, texel) {
-            var whole = vec2<i32>(clamp(floor(texel), vec2<f32>(0.0), size - 1.0));
+            var whole = texel_at(size, texel);
             whole = select(clamp(whole, sheet.low, sheet.high), whole, is_unwarped);
             tests += 1;
             lit += i32(is_lit_at(receivers, projection, warp, receiver, place, whole));
         }
     }
     if tests == 0 {
-        let own = vec2<i32>(clamp(floor(middle), vec2<f32>(0.0), size - 1.0));
-        return f32(is_lit_at(receivers, projection, warp, receiver, place, own));
+        return f32(is_lit_at(receivers, projection, warp, receiver, place, texel_at(size, middle)));
     }
     return f32(lit) / f32(tests);
 }

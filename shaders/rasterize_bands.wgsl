@@ -58,10 +58,8 @@ fn heights_in_band(projection: Projection, warp: Warp, extent: Extent, band: i32
 
 // First and last texel along an axis of an interval that a function maps to [low, high], in texels.
 fn texels_between(warp: Warp, axis: u32, function: u32, low: f32, high: f32, size: f32) -> vec2<i32> {
-    let cells = warp.cells[axis];
-    let start = warp.forward[axis] + function * (cells + 1u);
-    let from_place = value_at(start, cells, low / size) * size - 0.01;
-    let to_place = value_at(start, cells, high / size) * size + 0.01;
+    let from_place = value_of_function(warp, axis, function, low / size) * size - 0.01;
+    let to_place = value_of_function(warp, axis, function, high / size) * size + 0.01;
     let first = i32(clamp(ceil(from_place - 0.5), 0.0, size));
     let last = i32(clamp(floor(to_place - 0.5), -1.0, size - 1.0));
     return vec2<i32>(first, select(last, -1, low > high || low > size || high < 0.0));

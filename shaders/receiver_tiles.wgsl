@@ -37,7 +37,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             let linear = (centred_texel_from_projected(projection, receiver.q) + projection.centre) / size;
             let warped = warped_from_linear(warp, linear);
             let place = warped.uv * size;
-            var corners = tiles_around(tiles, place, reach, size);
+            let corners = tiles_around(tiles, place, reach, size);
             var is_new = receiver.faces_light && any(corners != known);
             while is_new {
                 known = corners;

@@ -115,8 +115,9 @@ MUTANTS = (
     ),
     Mutant(
         "tears", "the nearest texel across is not found along the rows", GRID,
-        "select(edge.x, value_of_row(warp, beside.x, linear.x), is_along_y)",
-        "select(edge.x, value_of_row(warp, warped.functions.x, linear.x), is_along_y)", TORN,
+        "select(edge.x, value_of_function(warp, 0u, beside.x, linear.x), is_along_y)",
+        "select(edge.x, value_of_function(warp, 0u, warped.functions.x, linear.x), is_along_y)",
+        TORN,
     ),
     Mutant(
         "tears", "a disc goes on beyond them", LOOKUP,

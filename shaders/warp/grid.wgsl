@@ -56,12 +56,9 @@ fn value_at(first: u32, cells: u32, x: f32) -> f32 {
     return a + (b - a) * (place - f32(cell));
 }
 
-fn value_of_row(warp: Warp, row: u32, x: f32) -> f32 {
-    return value_at(warp.forward.x + row * (warp.cells.x + 1u), warp.cells.x, x);
-}
-
-fn value_of_column(warp: Warp, column: u32, y: f32) -> f32 {
-    return value_at(warp.forward.y + column * (warp.cells.y + 1u), warp.cells.y, y);
+// Of a function along an axis.
+fn value_of_function(warp: Warp, axis: u32, function: u32, x: f32) -> f32 {
+    return value_at(warp.forward[axis] + function * (warp.cells[axis] + 1u), warp.cells[axis], x);
 }
 
 fn function_at(place: f32, functions: u32) -> u32 {
@@ -73,9 +70,9 @@ fn function_at(place: f32, functions: u32) -> u32 {
 
 fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
     let row = function_at(uv.y, warp.functions.x);
-    let x = value_of_row(warp, row, uv.x);
+    let x = value_of_function(warp, 0u, row, uv.x);
     let column = function_at(x, warp.functions.y);
-    return Warped(vec2<f32>(x, value_of_column(warp, column, uv.y)), vec2<u32>(row, column));
+    return Warped(vec2<f32>(x, value_of_function(warp, 1u, column, uv.y)), vec2<u32>(row, column));
 }
 
 // The first texel whose centre is not before a place.
@@ -91,8 +88,8 @@ fn sheet_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Sheet {
     let functions = vec2<f32>(warp.functions.yx);
     let low = vec2<f32>(warped.functions.yx) / functions;
     let high = vec2<f32>(warped.functions.yx + 1u) / functions;
-    let top = value_of_column(warp, warped.functions.y, low.y);
-    let bottom = value_of_column(warp, warped.functions.y, high.y);
+    let top = value_of_function(warp, 1u, warped.functions.y, low.y);
+    let bottom = value_of_function(warp, 1u, warped.functions.y, high.y);
     return Sheet(
         vec2<i32>(first_centre(low.x, size.x), first_centre(top, size.y)),
         vec2<i32>(first_centre(high.x, size.x), first_centre(bottom, size.y)) - 1,
@@ -112,9 +109,9 @@ fn texel_across(warp: Warp, linear: vec2<f32>, warped: Warped, side: vec2<i32>, 
     let beside = vec2<u32>(vec2<i32>(warped.functions) + side.yx);
     let edge = vec2<f32>(vec2<i32>(warped.functions.yx) + max(side, vec2<i32>(0))) / functions;
     let is_along_y = side.y != 0;
-    let x = select(edge.x, value_of_row(warp, beside.x, linear.x), is_along_y);
+    let x = select(edge.x, value_of_function(warp, 0u, beside.x, linear.x), is_along_y);
     let column = select(beside.y, function_at(x, warp.functions.y), is_along_y);
-    let y = value_of_column(warp, column, select(linear.y, edge.y, is_along_y));
+    let y = value_of_function(warp, 1u, column, select(linear.y, edge.y, is_along_y));
     let last = min(side, vec2<i32>(0));
     let along_y = vec2<i32>(i32(x * f32(size.x)), first_centre(y, size.y) + last.y);
     let along_x = vec2<i32>(first_centre(x, size.x) + last.x, i32(y * f32(size.y)));
