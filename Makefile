@@ -32,7 +32,7 @@ test: setup-test $(VENV)/.installed-test build
 	$(BIN)/python -m pytest --numprocesses=$(TESTERS) --dist=loadfile
 
 coverage: setup-test $(VENV)/.installed-test
-	$(BIN)/python tests/measure_coverage.py
+	$(BIN)/python tests/tools/measure_coverage.py
 
 lint: setup-test $(VENV)/.installed-test build
 	cargo fmt --check

@@ -23,7 +23,9 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import lixel as lx
-from lixel import _core, plots, stress
+from lixel import _core
+from lixel.lab import stress
+from lixel.pictures import plots
 
 mpl.use("agg")
 

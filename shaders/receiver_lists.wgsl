@@ -201,7 +201,7 @@ var<workgroup> lengths: array<u32, TILES * ROWS>;
 
 // Receivers that an invocation looks at: below the iterations after which some drivers stop in silence.
 // A row with more is taken to reach everywhere.
-const MOST_LOOKED_AT: u32 = 32768u;
+const MAX_LOOKED_AT: u32 = 32768u;
 
 @compute @workgroup_size(ROWS, TILES)
 fn measure(
@@ -221,7 +221,7 @@ fn measure(
         let start = starts[row * grid.size + first.x];
         let end = starts[row * grid.size + min(first.x + ROWS, grid.size)];
         number = end - start;
-        if number > MOST_LOOKED_AT {
+        if number > MAX_LOOKED_AT {
             low = vec2<f32>(-FAR);
             high = vec2<f32>(FAR);
             far = -FAR;

@@ -3,7 +3,7 @@
 #import lib/receivers
 #import lib/image_tiles
 #import warp
-#import lib/tears
+#import lib/seams
 
 struct Tiles {
     shift: u32,                         // binary logarithm of the side of a tile
@@ -45,9 +45,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 mark(tiles, corners);
             }
             if !is_rectilinear {
-                let sheet = sheet_of(warp, warped, projection.size);
-                let outside = texels_outside(sheet, vec2<i32>(place), i32(ceil(reach)) + 1);
-                var torn = select(0u, torn_sides(warp, warped, outside), receiver.faces_light);
+                let patch = patch_of(warp, warped, projection.size);
+                let outside = texels_outside(patch, vec2<i32>(place), i32(ceil(reach)) + 1);
+                var torn = select(0u, seam_sides(warp, warped, outside), receiver.faces_light);
                 while torn != 0u {
                     let side = SIDES[firstTrailingBit(torn)];
                     torn &= torn - 1u;

@@ -78,12 +78,12 @@ fn corner_from_projected(projection: Projection, warp: Warp, q: vec3<f32>) -> Co
     return Corner(place, linear, sides);
 }
 
-fn is_too_long(job: Job, width_of_tear: f32, a: Corner, b: Corner) -> bool {
+fn is_too_long(job: Job, seam_width: f32, a: Corner, b: Corner) -> bool {
     let length_in_map = length((a.place.xy - b.place.xy) / vec2<f32>(job.projection.size));
     let step = abs(a.linear - b.linear);
     // What lies beyond one side of the map needs no better edge.
     return length_in_map > job.longest_edge && (a.sides & b.sides) == 0u
-        && max(step.x, step.y) > width_of_tear;
+        && max(step.x, step.y) > seam_width;
 }
 
 // ---- settling ----
@@ -125,15 +125,15 @@ fn settle(job: Job, warp: Warp, triangle: u32, qa: vec3<f32>, qb: vec3<f32>, qc:
     if (a.sides & b.sides & c.sides) != 0u || any(sum != sum) {
         return;
     }
-    let width_of_tear = width_of_function(warp);
-    let ab_is_long = is_too_long(job, width_of_tear, a, b);
-    let bc_is_long = is_too_long(job, width_of_tear, b, c);
-    let ca_is_long = is_too_long(job, width_of_tear, c, a);
+    let seam_width = width_of_function(warp);
+    let ab_is_long = is_too_long(job, seam_width, a, b);
+    let bc_is_long = is_too_long(job, seam_width, b, c);
+    let ca_is_long = is_too_long(job, seam_width, c, a);
     let long = u32(ab_is_long) + u32(bc_is_long) + u32(ca_is_long);
     let ab = b.linear - a.linear;
     let ac = c.linear - a.linear;
     // And what is thinner than its rounding has no end either.
-    let thin = max(width_of_tear * width_of_tear / 16.0, job.rounding * job.longest_edge);
+    let thin = max(seam_width * seam_width / 16.0, job.rounding * job.longest_edge);
     let is_thin = abs(ab.x * ac.y - ab.y * ac.x) < thin;
     if long == 0u || is_thin {
         append_piece(triangle, a.place, b.place, c.place);

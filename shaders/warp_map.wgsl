@@ -9,7 +9,7 @@
 //
 // Rectilinear (Rosen, 4.2): one function from the maxima of rows or columns, blurred by a Gaussian (Eq. 1).
 //
-// No loop comes near the 65,535 iterations after which some drivers stop in silence: `MOST_CELLS` in
+// No loop comes near the 65,535 iterations after which some drivers stop in silence: `MAX_CELLS` in
 // warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers;
 // a function without any importance is the identity.
 #import lib/invocations

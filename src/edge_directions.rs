@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Triangles that are asked at most; of larger scenes one in so many.
-const MOST_TRIANGLES: usize = 1 << 16;
+const MAX_TRIANGLES: usize = 1 << 16;
 
 /// Coefficients of the terms xx, yy, zz, yz, xz, xy.
 type Quadratic = [f64; 6];
@@ -17,7 +17,7 @@ pub struct EdgeDirections {
 impl EdgeDirections {
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         // Odd, since grids list their triangles in pairs.
-        let step = triangles.len().div_ceil(MOST_TRIANGLES) | 1;
+        let step = triangles.len().div_ceil(MAX_TRIANGLES) | 1;
         let mut sum = Self::default();
         for triangle in triangles.iter().step_by(step) {
             let [a, b, c] = triangle.map(|i| vertices[i as usize]);

@@ -5,7 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 /// Uses of one edge at most: more are listed as several edges in one place, whose crossings add up.
-const MOST_USES: usize = 1024;
+const MAX_USES: usize = 1024;
 
 /// An edge between two places, whatever vertices lie there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,7 @@ impl Edges {
         let mut edges = Vec::new();
         let mut first_use = 0;
         for of_edge in sides.chunk_by(|a, b| a.0 == b.0) {
-            for part in of_edge.chunks(MOST_USES) {
+            for part in of_edge.chunks(MAX_USES) {
                 edges.push(Edge {
                     vertices: part[0].0,
                     first_use,
@@ -127,7 +127,7 @@ mod tests {
     fn an_edge_may_have_any_number_of_triangles() {
         let mut vertices = vec![[0., 0., 0.], [0., 0., 1.]];
         let mut triangles = Vec::new();
-        for i in 0..MOST_USES as u32 + 7 {
+        for i in 0..MAX_USES as u32 + 7 {
             let angle = 0.001 * f64::from(i);
             vertices.push([angle.cos(), angle.sin(), 0.5]);
             triangles.push([0, 1, i + 2]);
@@ -135,7 +135,7 @@ mod tests {
         let edges = edges(&vertices, &triangles);
         let spine = edges.edges.iter().filter(|edge| edge.vertices == [0, 1]);
         let sum: i32 = spine.map(|edge| crossings(&edges, edge)).sum();
-        assert_eq!(sum, MOST_USES as i32 + 7);
+        assert_eq!(sum, MAX_USES as i32 + 7);
     }
 
     #[test]

@@ -6,12 +6,12 @@ use crate::bvh::{Bvh, Everything};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::gpu;
+use crate::gpu::passes::caster_tests;
+use crate::gpu::passes::work_items::Counters;
 use crate::light::Light;
 use crate::methods::{Array, Method, OldMap, Parameters, Value};
-use crate::passes::caster_tests;
-use crate::passes::work_items::Counters;
 use crate::reference::{self, Reference};
-use crate::render::{MOST_TOGETHER, Outputs, Rendered, SceneCache, Stats, render as render_frames};
+use crate::render::{MAX_TOGETHER, Outputs, Rendered, SceneCache, Stats, render as render_frames};
 use crate::scene::Scene;
 use glam::{DMat4, DVec2, DVec3};
 use numpy::ndarray::{Array2, Array3, Array4};
@@ -483,7 +483,7 @@ fn render_visibility<'py>(
     let camera = &camera.0;
     let lights: Vec<&Light> = lights.iter().map(|light| &light.0).collect();
     let mut visibility = Vec::with_capacity(lights.len() * camera.pixel_count());
-    for group in lights.chunks(MOST_TOGETHER) {
+    for group in lights.chunks(MAX_TOGETHER) {
         py.check_signals()?;
         let frames = py.detach(|| {
             let (scene, cache) = (scene.read(), &scene.cache);

@@ -10,7 +10,7 @@ pub struct HalfSpace {
 }
 
 /// At most this many half-spaces: the sides of a pyramid.
-pub const MOST_HALF_SPACES: usize = 4;
+pub const MAX_HALF_SPACES: usize = 4;
 
 /// Where some half-spaces meet; everywhere, if there are none.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +20,9 @@ impl Region {
     pub const EVERYWHERE: Self = Self(Vec::new());
 
     /// # Panics
-    /// If there are more than [`MOST_HALF_SPACES`].
+    /// If there are more than [`MAX_HALF_SPACES`].
     pub fn new(half_spaces: Vec<HalfSpace>) -> Self {
-        assert!(half_spaces.len() <= MOST_HALF_SPACES);
+        assert!(half_spaces.len() <= MAX_HALF_SPACES);
         Self(half_spaces)
     }
 
@@ -38,7 +38,7 @@ impl Region {
 
     /// Planes for the shaders, (normal, offset) relative to the eye. Each is moved out by `slack`: a
     /// point at the border that rounding would put into no region is in both.
-    pub fn planes(&self, eye: DVec3, slack: f64) -> [[f32; 4]; MOST_HALF_SPACES] {
+    pub fn planes(&self, eye: DVec3, slack: f64) -> [[f32; 4]; MAX_HALF_SPACES] {
         std::array::from_fn(|i| {
             self.0.get(i).map_or([0.0; 4], |half| {
                 let offset = half.normal.dot(eye - half.origin) + slack;

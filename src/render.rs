@@ -3,14 +3,14 @@
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::frame::{Frame, Read, Source, Timings};
+use crate::gpu::passes::rasterize::Target;
+use crate::gpu::passes::work_items::{Counters, had_room};
+use crate::gpu::passes::{Facts, Inputs, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
 use crate::methods::{Fitted, Layer, Method, Plan, ReceiverCounts, Recorded, View};
-use crate::passes::rasterize::Target;
-use crate::passes::work_items::{Counters, had_room};
-use crate::passes::{Facts, Inputs, shadow_map, visibility};
 use crate::scene::Scene;
 use crate::warp::Warp;
 use std::sync::{Arc, Mutex};
@@ -105,7 +105,7 @@ impl DeviceScene {
 }
 
 /// Frames that are better not recorded side by side in greater number: they are in memory at once.
-pub const MOST_TOGETHER: usize = 4;
+pub const MAX_TOGETHER: usize = 4;
 
 /// Renders the shadows of each light: what the camera sees is found once, and what the lights submit goes
 /// to the device together. The second call with the same scene and camera starts at the receivers.
@@ -194,7 +194,7 @@ fn try_render(
     let known = device_scene
         .visibility
         .take()
-        .filter(|(known, _)| known == camera && gpu::skips());
+        .filter(|(known, _)| known == camera && gpu::culling_is_on());
     let (visibility_buffer, mut counters) = match known {
         Some((_, buffer)) => (buffer, None),
         None => {

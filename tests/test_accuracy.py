@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel import accuracy
-from lixel.random_views import is_in_view, random_camera, random_lights
-from lixel.views import Views
+from lixel.lab import accuracy
+from lixel.lab.random_views import is_in_view, random_camera, random_lights
+from lixel.lab.views import Views
 
 RESULTS = Path(__file__).parents[1] / "docs" / "results"
 
@@ -163,9 +163,9 @@ def test_kept_tables_name_device_date_and_command(path):
     maker = {
         "accuracy": "python -m lixel.accuracy",
         "auto": "python -m lixel.calibration",
-        "cluster": "python tests/cluster.py",
+        "cluster": "python tests/tools/cluster.py",
         "growth": "python -m lixel.growth",
-        "mutants": "python tests/mutants.py",
+        "mutants": "python tests/tools/mutants.py",
         "sponza": "python -m lixel.paper_tables.chong_gortler",
         "truck_town": "python -m lixel.paper_tables.chong_gortler",
     }

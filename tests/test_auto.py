@@ -11,7 +11,8 @@ import pytest
 from views import small
 
 import lixel as lx
-from lixel import auto, calibration
+from lixel import auto
+from lixel.lab import calibration
 
 RESULTS = Path(__file__).parents[1] / "docs" / "results" / "auto" / "llvmpipe.csv"
 

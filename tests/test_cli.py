@@ -10,8 +10,10 @@ import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel import bench, cli, report
-from lixel.study import see_all
+from lixel import cli
+from lixel.lab import peers as bench
+from lixel.lab import report
+from lixel.lab.study import see_all
 
 SMALL = ["--size", "96x64"]
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel import bench
+from lixel.lab import peers as bench
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = sorted((DOCS / "pages").glob("**/*.md"))

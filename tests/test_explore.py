@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 import lixel as lx
-from lixel.explore import explore
+from lixel.pictures.explore import explore
 
-explore_module = sys.modules["lixel.explore"]
+explore_module = sys.modules["lixel.pictures.explore"]
 
 LIGHTS = [
     lx.DirectionalLight((1, -2, 0.5)),

@@ -1,4 +1,4 @@
-"""Inputs of every wrong kind, some of each; `python tests/fuzz.py` for long."""
+"""Inputs of every wrong kind, some of each; `python tests/tools/fuzz.py` for long."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ import math
 
 import pandas as pd
 
-from lixel import growth
+from lixel.lab import growth
 
 
 def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatch, capsys):

@@ -9,7 +9,7 @@ import pytest
 from views import small, soup
 
 import lixel as lx
-from lixel.random_views import is_in_view
+from lixel.lab.random_views import is_in_view
 
 IMAGE = {"width": 240, "height": 160}
 METHODS = [

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import lixel as lx
-from lixel import papers, scenes
-from lixel.paper_tables import chong_gortler
+from lixel import scenes
+from lixel.lab import papers
+from lixel.lab.papers import chong_gortler
 
 
 def test_lights_are_the_same_at_every_call_and_come_from_above():

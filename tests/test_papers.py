@@ -6,13 +6,17 @@ import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel import cli, papers
-from lixel.papers import Row, Stand
+from lixel import cli
+from lixel.lab import papers
+from lixel.lab.papers import Row, SubstituteScene
 
 SMALL = {
     "size": (128, 96),
     "resolution": 64,
-    "scenes": {"A": Stand("needles", {"count": 40}), "B": Stand("city", {"blocks": 3})},
+    "scenes": {
+        "A": SubstituteScene("needles", {"count": 40}),
+        "B": SubstituteScene("city", {"blocks": 3}),
+    },
 }
 
 
@@ -83,7 +87,7 @@ def test_stages_are_shares_of_the_frame(with_tables):
             "stages", "Stages", "nobody, 2000", base="RTW",
             rows=(Row("RTW", "rtw", (3.0, 1.0)),),
             stages={"map": ("shadow map",), "rest": papers.IMPORTANCE + papers.LOOKUP},
-            **{**SMALL, "scenes": {"A": Stand("needles", {"count": 40})}},
+            **{**SMALL, "scenes": {"A": SubstituteScene("needles", {"count": 40})}},
         )
     )  # fmt: skip
     rows = papers.run(repeats=1)["stages"]

@@ -9,7 +9,7 @@ import importlib.util
 import pytest
 
 import lixel as lx
-from lixel import bench
+from lixel.lab import peers as bench
 
 # The greatest share of wrong pixels. Rays err next to edges; maps have texels, filters and biases.
 SHARES = {

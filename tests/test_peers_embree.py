@@ -20,7 +20,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 import lixel as lx
-from lixel.views import Views
+from lixel.lab.views import Views
 
 SIZE = tuple(int(n) for n in os.environ.get("LIXEL_TEST_SIZE", "480x270").split("x"))
 

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel import plots
+from lixel.pictures import plots
 
 mpl.use("agg")
 

@@ -16,7 +16,7 @@ import lixel as lx
 from lixel.scenes import GENERATORS
 
 # Of 14,400 pixels. Grass and needles are nothing but outlines.
-MOST_WRONG = {"grass": 8, "needles": 4, "objects_on_floor": 2, "colonnade": 1, "terrain": 1}
+MAX_WRONG = {"grass": 8, "needles": 4, "objects_on_floor": 2, "colonnade": 1, "terrain": 1}
 
 SIZE = {"width": 160, "height": 90}
 
@@ -65,7 +65,7 @@ def test_hardly_a_pixel_is_wrong(name):
     for light in lamps(scene):
         for label, camera in list(cameras(scene))[:5]:
             result = judged(scene, camera, light)
-            assert result.misclassified_count <= MOST_WRONG.get(name, 0), (label, light)
+            assert result.misclassified_count <= MAX_WRONG.get(name, 0), (label, light)
 
 
 LIGHTS = (

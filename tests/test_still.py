@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import lixel as lx
-from lixel import cli, flicker
+from lixel import cli
+from lixel.lab import flicker
 
 SNAPPING = [
     lx.DesiredView(resolution=128, snap=True),

@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel import cli, stress
+from lixel import cli
+from lixel.lab import stress
 
 CASES = stress.cases()
 MAPS = [name for name in lx.METHODS if name not in stress.WITHOUT_MAP]

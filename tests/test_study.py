@@ -18,7 +18,7 @@ import lixel as lx
 from lixel import cli
 
 # `lixel.study` is the function.
-module = sys.modules["lixel.study"]
+module = sys.modules["lixel.lab.study"]
 
 SMALL = {"size": (64, 36), "progress": False}
 

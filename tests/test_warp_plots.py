@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lixel as lx
-from lixel import warp_plots
+from lixel.pictures import warp_plots
 
 mpl.use("Agg")
 

@@ -36,6 +36,7 @@ from .camera import Camera
 from .compare import Comparison, compare
 from .frame import Frame, render, render_shadows
 from .info import Info, info
+from .lab.study import study
 from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from .load import load
 from .methods import (
@@ -65,7 +66,6 @@ from .methods import (
 )
 from .reference import Reference, reference
 from .scene import Scene
-from .study import study
 from .warps import importance_map, unwarp_points, warp_map, warp_points
 
 __all__ = [

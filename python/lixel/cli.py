@@ -15,25 +15,28 @@ from typing import Any
 
 import numpy as np
 
-from . import __version__, bench, demo, flicker, papers, plots, stress
+from . import __version__
 from ._core import DeviceError
 from .arguments import needs
 from .camera import Camera
 from .frame import render as render_frame
 from .info import info as device_info
-from .kept import provenance
-from .kept import write as write_rows
+from .lab import demo, flicker, papers, stress
+from .lab import peers as bench
+from .lab.options import image_size, method_with, parameter
+from .lab.report import milliseconds, say, table
+from .lab.result_tables import provenance
+from .lab.result_tables import write as write_rows
+from .lab.study import check_table_path, study
+from .lab.study import save as save_table
+from .lab.study import summary as study_summary
+from .lab.views import SIZE, scene_and_views
 from .light import Light
 from .load import FORMATS
 from .methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, method_from
-from .options import image_size, method_with, parameter
-from .report import milliseconds, say, table
+from .pictures import plots
 from .scene import Scene
 from .scenes import GENERATORS
-from .study import check_table_path, study
-from .study import save as save_table
-from .study import summary as study_summary
-from .views import SIZE, scene_and_views
 
 DESCRIPTION = "Hard shadows with research shadow-map methods on the GPU, and how wrong each one is."
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import display
 from .arguments import REAL, array_of
+from .pictures import display
 from .receivers import Receivers
 from .reference import Reference
 

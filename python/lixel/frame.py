@@ -10,12 +10,13 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, display
+from . import _core
 from .arguments import instance
 from .auto import choose
 from .camera import Camera
 from .light import LIGHTS, Light
 from .methods import Auto, Method, method_from
+from .pictures import display
 from .receivers import Receivers
 from .scene import Scene
 

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, display
+from . import _core
 from .camera import Camera
 from .frame import check_view
 from .light import Light
+from .pictures import display
 from .receivers import Receivers
 from .scene import Scene
 

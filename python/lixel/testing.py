@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy.typing as npt
 
-from . import display
 from .arguments import real
 from .compare import compare
+from .pictures import display
 from .receivers import Receivers
 from .reference import Reference
 

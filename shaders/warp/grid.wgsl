@@ -25,9 +25,9 @@ struct Warped {
     functions: vec2<u32>,       // that took it there: of its row, of its column
 }
 
-// Texels, from `low` to `high`, whose centres the same two functions take there: between sheets the map is
+// Texels, from `low` to `high`, whose centres the same two functions take there: between patches the map is
 // torn, and what lies beside a texel comes from elsewhere.
-struct Sheet {
+struct Patch {
     low: vec2<i32>,
     high: vec2<i32>,
 }
@@ -36,7 +36,7 @@ const IS_WARPED: bool = true;
 // Whether there is one function along each axis.
 override is_rectilinear: bool = false;
 // More are not looked through: all loops of an invocation together must stay short, see passes/rasterize.rs.
-const MOST_FUNCTIONS: u32 = 64u;
+const MAX_FUNCTIONS: u32 = 64u;
 // Functions that share an envelope.
 const BLOCK: u32 = 16u;
 
@@ -80,30 +80,30 @@ fn first_centre(place: f32, size: u32) -> i32 {
     return i32(ceil(place * f32(size) - 0.5));
 }
 
-// The sheet of a place's two functions; it may be empty.
-fn sheet_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Sheet {
+// The patch of a place's two functions; it may be empty.
+fn patch_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Patch {
     if is_rectilinear {
-        return Sheet(vec2<i32>(0), vec2<i32>(size) - 1);
+        return Patch(vec2<i32>(0), vec2<i32>(size) - 1);
     }
     let functions = vec2<f32>(warp.functions.yx);
     let low = vec2<f32>(warped.functions.yx) / functions;
     let high = vec2<f32>(warped.functions.yx + 1u) / functions;
     let top = value_of_function(warp, 1u, warped.functions.y, low.y);
     let bottom = value_of_function(warp, 1u, warped.functions.y, high.y);
-    return Sheet(
+    return Patch(
         vec2<i32>(first_centre(low.x, size.x), first_centre(top, size.y)),
         vec2<i32>(first_centre(high.x, size.x), first_centre(bottom, size.y)) - 1,
     );
 }
 
-// Whether there are sheets above, below, left and right of a place's own.
-fn has_sheets(warp: Warp, warped: Warped) -> vec4<bool> {
+// Whether there are patches above, below, left and right of a place's own.
+fn has_patches(warp: Warp, warped: Warped) -> vec4<bool> {
     let before = warped.functions > vec2<u32>(0u);
     let after = warped.functions + 1u < warp.functions;
     return vec4<bool>(before.x, after.x, before.y, after.y);
 }
 
-// The texel beside a place that is nearest to it across the tear on that side of its sheet.
+// The texel beside a place that is nearest to it across the tear on that side of its patch.
 fn texel_across(warp: Warp, linear: vec2<f32>, warped: Warped, side: vec2<i32>, size: vec2<u32>) -> vec2<i32> {
     let functions = vec2<f32>(warp.functions.yx);
     let beside = vec2<u32>(vec2<i32>(warped.functions) + side.yx);
@@ -229,11 +229,11 @@ fn warped_bound(warp: Warp, low: vec2<f32>, high: vec2<f32>) -> vec4<f32> {
 }
 
 // A bound of the linear map coordinates of the texels from `first` to `last`: least x and y, greatest
-// x and y of their centres. All of the map where they are of more than MOST_FUNCTIONS.
+// x and y of their centres. All of the map where they are of more than MAX_FUNCTIONS.
 fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) -> vec4<f32> {
     let first_column = function_of_column(warp, first.x, size);
     let last_column = function_of_column(warp, last.x, size);
-    if last_column - first_column >= MOST_FUNCTIONS {
+    if last_column - first_column >= MAX_FUNCTIONS {
         return vec4<f32>(0.0, 0.0, 1.0, 1.0);
     }
     var y = vec2<f32>(1.0, 0.0);
@@ -243,7 +243,7 @@ fn linear_bound(warp: Warp, first: vec2<i32>, last: vec2<i32>, size: vec2<u32>) 
     }
     let first_row = function_at(y.x, warp.functions.x);
     let last_row = function_at(y.y, warp.functions.x);
-    if last_row - first_row >= MOST_FUNCTIONS {
+    if last_row - first_row >= MAX_FUNCTIONS {
         return vec4<f32>(0.0, y.x, 1.0, y.y);
     }
     var x = vec2<f32>(1.0, 0.0);

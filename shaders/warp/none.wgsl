@@ -9,7 +9,7 @@ struct Warped {
 }
 
 // Texels, from `low` to `high`, between tears.
-struct Sheet {
+struct Patch {
     low: vec2<i32>,
     high: vec2<i32>,
 }
@@ -25,11 +25,11 @@ fn warped_from_linear(warp: Warp, uv: vec2<f32>) -> Warped {
     return Warped(uv);
 }
 
-fn sheet_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Sheet {
-    return Sheet(vec2<i32>(0), vec2<i32>(size) - 1);
+fn patch_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Patch {
+    return Patch(vec2<i32>(0), vec2<i32>(size) - 1);
 }
 
-fn has_sheets(warp: Warp, warped: Warped) -> vec4<bool> {
+fn has_patches(warp: Warp, warped: Warped) -> vec4<bool> {
     return vec4<bool>(false);
 }
 

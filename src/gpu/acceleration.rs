@@ -43,11 +43,11 @@ struct Memory {
 const LEAST_REACH: f64 = 8.0;
 
 /// From here on float32 tells no two vertices of the scene apart.
-const MOST_REACH: f64 = (1u32 << 30) as f64;
+const MAX_REACH: f64 = (1u32 << 30) as f64;
 
 /// A distance with room for the receivers' own, rounded up.
 fn reach_of_eye(eye_in_boxes: DVec3) -> f64 {
-    let distance = (eye_in_boxes.length() + 2.0).clamp(LEAST_REACH, MOST_REACH);
+    let distance = (eye_in_boxes.length() + 2.0).clamp(LEAST_REACH, MAX_REACH);
     2_f64.powf(distance.log2().ceil())
 }
 
@@ -197,7 +197,7 @@ impl KeptStructure {
         let mut kept = lock(&self.0);
         if let Some(known) = kept.as_ref()
             && known.holds(scene, eye)
-            && super::skips()
+            && super::culling_is_on()
         {
             return Ok((known.clone(), false));
         }
@@ -219,7 +219,7 @@ mod tests {
         assert_eq!(reach_of_eye(DVec3::ZERO), LEAST_REACH);
         assert_eq!(reach_of_eye(DVec3::X * 6.0), 8.0);
         assert_eq!(reach_of_eye(DVec3::X * 6.1), 16.0);
-        assert_eq!(reach_of_eye(DVec3::X * 1e300), MOST_REACH);
+        assert_eq!(reach_of_eye(DVec3::X * 1e300), MAX_REACH);
         for distance in [1.0, 13.9, 14.1, 1e3, 1e6] {
             assert!(reach_of_eye(DVec3::Y * distance) >= distance + 2.0);
         }

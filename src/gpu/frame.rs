@@ -15,7 +15,7 @@ use wgpu::util::DeviceExt;
 pub type Timings = Vec<(&'static str, f64)>;
 
 /// At most this many passes in one submission: a query set holds no more than twice as many queries.
-const MOST_PASSES: u32 = 2048;
+const MAX_PASSES: u32 = 2048;
 
 /// Records passes and submits them; a frame may be submitted several times where the CPU needs an
 /// answer in between.
@@ -102,7 +102,7 @@ impl Frame {
             gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
                 ty: wgpu::QueryType::Timestamp,
-                count: 2 * MOST_PASSES,
+                count: 2 * MAX_PASSES,
             })
         });
         Self {
@@ -289,7 +289,7 @@ impl Frame {
             return None;
         }
         let query = 2 * self.labels.len() as u32;
-        assert!(query < 2 * MOST_PASSES, "too many passes in a submission");
+        assert!(query < 2 * MAX_PASSES, "too many passes in a submission");
         self.labels.push(label);
         Some(query)
     }
@@ -390,7 +390,7 @@ impl Frame {
         let resolved = pool::scratch(
             &self.gpu,
             "timestamps",
-            u64::from(2 * MOST_PASSES) * 8,
+            u64::from(2 * MAX_PASSES) * 8,
             usage,
         )?;
         self.encoder

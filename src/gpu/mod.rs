@@ -3,6 +3,7 @@
 pub mod acceleration;
 pub mod frame;
 mod gathering;
+pub mod passes;
 pub mod pool;
 pub mod scene_tables;
 pub mod shaders;
@@ -108,7 +109,7 @@ pub fn gpu() -> Result<Arc<Gpu>> {
 
 /// Whether what cannot change a picture is left out. The environment variable LIXEL_SKIP_NOTHING, for the
 /// proof that it cannot, has it done.
-pub fn skips() -> bool {
+pub fn culling_is_on() -> bool {
     std::env::var_os("LIXEL_SKIP_NOTHING").is_none()
 }
 

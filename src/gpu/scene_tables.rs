@@ -192,7 +192,7 @@ fn built_once<T>(
     build: impl FnOnce() -> Result<T>,
 ) -> Result<(Arc<T>, bool)> {
     let mut cached = lock(cached);
-    if let Some(known) = cached.as_ref().filter(|_| super::skips()) {
+    if let Some(known) = cached.as_ref().filter(|_| super::culling_is_on()) {
         return Ok((known.clone(), false));
     }
     let built = Arc::new(build()?);

@@ -36,7 +36,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/receivers"),
     file!("lib/shadow_ray"),
     file!("lib/tables"),
-    file!("lib/tears"),
+    file!("lib/seams"),
     file!("lib/tiles"),
     file!("lib/triangles"),
     file!("lib/work_items"),

@@ -13,12 +13,12 @@
 //! Limits: each layer has `resolution` texels along its sides, and is drawn on its own. The faces of a
 //! cube around a point are not split.
 
-use super::fit::{Cut, cut_layers, layers_of_light};
-use super::matrix_fit::SAMPLE_RESOLUTION;
-use super::snapping::stepped;
 use super::view::SampledReceivers;
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
+use crate::fits::boxes::{Cut, cut_layers, layers_of_light};
+use crate::fits::matrix_layers::SAMPLE_RESOLUTION;
+use crate::fits::snapping::stepped;
 use crate::frustum::visible_part;
 use crate::region::{HalfSpace, Region};
 
@@ -45,7 +45,7 @@ const SPLITS: &[(&str, Splits)] = &[
     ("uniform", Splits::Uniform),
 ];
 
-const MOST_LAYERS: u32 = 8;
+const MAX_LAYERS: u32 = 8;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cascades {
@@ -84,7 +84,7 @@ impl ShadowMethod for Cascades {
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let map = MapParameters::from_parameters(parameters)?;
-        let layers = parameters.take_count("layers", MOST_LAYERS)?;
+        let layers = parameters.take_count("layers", MAX_LAYERS)?;
         let weight = parameters.take_non_negative("weight")?;
         ensure_value!(weight <= 1.0, "weight must be at most 1, got {weight}");
         Ok(Self {

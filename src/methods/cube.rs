@@ -10,11 +10,11 @@
 //! Limits: up to six passes over the casters; texels at the corners of a face cover a fifth of the solid
 //! angle of those in its middle.
 
-use super::across_edges::cube_across_edges;
-use super::central_fit::turned_cube_faces;
-use super::fit::{Cut, cut_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use crate::fits::boxes::{Cut, cut_layers};
+use crate::fits::central::turned_cube_faces;
+use crate::fits::rotation::cube_off_edges;
 use glam::DMat3;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +55,7 @@ impl ShadowMethod for Cube {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let axes = if self.is_turned {
-            cube_across_edges(view.scene)
+            cube_off_edges(view.scene)
         } else {
             DMat3::IDENTITY
         };

@@ -10,9 +10,9 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::fit::{Cut, Fit};
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use crate::fits::boxes::{Cut, Fit};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesiredView {

@@ -10,10 +10,10 @@
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
-use super::central_fit::hemispheres;
-use super::fit::{Cut, cut_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use crate::fits::boxes::{Cut, cut_layers};
+use crate::fits::central::hemispheres;
 use glam::DVec3;
 
 #[derive(Debug, Clone, PartialEq)]

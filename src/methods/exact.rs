@@ -14,13 +14,13 @@
 //!
 //! Limits: time grows with the casters whose bound holds receivers, whether they shadow them or not.
 
-use super::central_fit::{cone_layer, cube_faces};
-use super::fit::{Cut, Fit, cut_layers};
 use super::{Fitted, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
-use crate::passes::importance_map::{Factors, Importance};
-use crate::passes::light_grid::{LARGEST_RESOLUTION, TILE};
-use crate::passes::warp_map::{Axis, CountFit, WarpMap};
+use crate::fits::boxes::{Cut, Fit, cut_layers};
+use crate::fits::central::{cone_layer, cube_faces};
+use crate::gpu::passes::importance_map::{Factors, Importance};
+use crate::gpu::passes::light_grid::{LARGEST_RESOLUTION, TILE};
+use crate::gpu::passes::warp_map::{Axis, CountFit, WarpMap};
 use crate::projection::Kind;
 
 #[derive(Debug, Clone, PartialEq)]

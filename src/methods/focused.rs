@@ -9,11 +9,11 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::fit::Cut;
-use super::matrix_fit::{FitParameters, fitted_layers, still_layers};
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light_fits::focused;
+use crate::fits::boxes::Cut;
+use crate::fits::light_fits::focused;
+use crate::fits::matrix_layers::{FitParameters, fitted_layers, still_layers};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Focused {

@@ -18,17 +18,17 @@
 //! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
 //! texels is one of two hundred, and jumps as the camera moves.
 
-use super::across_edges::{cheapest, paraboloid_across_edges, quarter_in, turned, turned_place};
-use super::central_fit::{
-    axes_for_scene, fit_box, fit_square, frustum_corners, places_of, smallest_cone_axis,
-};
 use super::dual_paraboloid::{fit_dual_paraboloid, halves_of_light};
-use super::fit::{self, Fit, cut_layers, parallel_layer};
-use super::parallel_fit::{self, axes_at, bounds_of, projected_box};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use crate::fits::boxes::{self, Fit, cut_layers, parallel_layer};
+use crate::fits::central::{
+    axes_for_scene, fit_box, fit_square, frustum_corners, places_of, smallest_cone_axis,
+};
+use crate::fits::parallel::{self, axes_at, bounds_of, projected_box};
+use crate::fits::rotation::{cheapest, paraboloid_off_edges, quarter_in, turned, turned_place};
 use crate::geometry::smallest_rectangle;
-use crate::passes::outline::Points;
+use crate::gpu::passes::outline::Points;
 use crate::projection::{Kind, Projection};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -58,7 +58,7 @@ const FARTHEST: f64 = 2.5;
 
 /// Axes that are tried, and how many times a receiver is put into one of them.
 const AXES: u32 = 200;
-const MOST_TRIALS: usize = 80_000;
+const MAX_TRIALS: usize = 80_000;
 
 /// Turns of the square around a cone that are tried.
 const SQUARES: u32 = 32;
@@ -71,14 +71,14 @@ impl ShadowMethod for ImprovedParaboloid {
 
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();
-        defaults.push((fit::Cut::NAME, Value::Text("receivers".to_string())));
+        defaults.push((boxes::Cut::NAME, Value::Text("receivers".to_string())));
         defaults
     }
 
     fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
         let map = MapParameters::from_parameters(parameters)?;
         let cut = parameters.take_choice(
-            fit::Cut::NAME,
+            boxes::Cut::NAME,
             &[
                 ("frustum", Cut::Frustum),
                 ("cone", Cut::Cone),
@@ -103,7 +103,7 @@ pub fn fit_improved_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Re
         (None, Cut::Frustum) => fit_distant_frustum(view, resolution),
         (None, Cut::Cone) => {
             let layer = parallel_layer(view);
-            cut_layers(view, vec![layer], fit::Cut::Receivers, resolution)
+            cut_layers(view, vec![layer], boxes::Cut::Receivers, resolution)
         }
         (None, Cut::Receivers) => Fit::MinSm.fit(view, false, resolution),
     }
@@ -134,7 +134,7 @@ fn fit_frustum(view: &mut View, light: DVec3, resolution: u32) -> Result<Vec<Fit
     // Section 3.3: the zoom factor is where the mapping takes the edge of the cone.
     let zoom = (0.5 * field_of_view).tan();
     if is_in_frustum(view, light, depths) || zoom > WIDEST {
-        return fit_dual_paraboloid(view, fit::Cut::Whole, resolution);
+        return fit_dual_paraboloid(view, boxes::Cut::Whole, resolution);
     }
     let farthest = border_points.map(DVec3::length);
     let far = farthest.into_iter().fold(0.0, f64::max) * (1.0 + 1e-6);
@@ -190,7 +190,7 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
         Cut::Frustum | Cut::Cone => across_smallest_square(&along_cone, &directions),
         Cut::Receivers => {
             let finest = finest_axes(axes_along, axis, tried, &directions).unwrap_or(along_cone);
-            paraboloid_across_edges(view.scene, &finest, &directions)
+            paraboloid_off_edges(view.scene, &finest, &directions)
         }
     };
     let layer = Fitted::everywhere(axes);
@@ -236,9 +236,9 @@ fn fit_halves(
         let axes = &half.projection;
         let own = directions.iter().filter(|d| d.dot(axes.z_axis) > 0.0);
         let own: Vec<_> = own.copied().collect();
-        half.projection = paraboloid_across_edges(view.scene, axes, &own);
+        half.projection = paraboloid_off_edges(view.scene, axes, &own);
     }
-    cut_layers(view, halves, fit::Cut::Receivers, resolution)
+    cut_layers(view, halves, boxes::Cut::Receivers, resolution)
 }
 
 /// The axes, turned so that the square around them that holds the directions is the smallest: down to 1 / sqrt(2)
@@ -270,7 +270,7 @@ fn finest_axes(
     directions: &[DVec3],
 ) -> Option<Projection> {
     let step = (directions.len() * count as usize)
-        .div_ceil(MOST_TRIALS)
+        .div_ceil(MAX_TRIALS)
         .max(1);
     let samples: Vec<_> = directions.iter().copied().step_by(step).collect();
     let tried = (0..count).map(|i| spiral_direction(i, count));
@@ -323,7 +323,7 @@ fn fit_distant_frustum(view: &mut View, resolution: u32) -> Result<Vec<Fitted>> 
     let casters = projected_box(&axes, view.scene.bounds());
     let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
     let corners = (corners.0 - rounding, corners.1 + rounding);
-    let projection = parallel_fit::fit_box(&axes, corners, casters.0.z - rounding, resolution);
+    let projection = parallel::fit_box(&axes, corners, casters.0.z - rounding, resolution);
     Ok(vec![Fitted::everywhere(projection)])
 }
 

@@ -10,10 +10,10 @@
 //! Limits: the more the light shines along the view the less there is to gain; along it the map is
 //! the focused one.
 
-use super::matrix_fit::{FitParameters, fitted_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light_fits::light_space_perspective;
+use crate::fits::light_fits::light_space_perspective;
+use crate::fits::matrix_layers::{FitParameters, fitted_layers};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightSpacePerspective {

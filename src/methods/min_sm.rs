@@ -11,9 +11,9 @@
 //!
 //! Limits: where the receivers' box is hardly smaller for being turned, little is won.
 
-use super::fit::Fit;
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
+use crate::fits::boxes::Fit;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimalShadowMap {

@@ -3,33 +3,27 @@
 //! A method is straight-line code from handles to a visibility image: it fits a projection and calls
 //! passes. See CONTRIBUTING.md, "How to add a method".
 
-mod across_edges;
 mod cascades;
-mod central_fit;
-mod cube;
+pub mod cube;
 mod desired_view;
-mod dual_paraboloid;
+pub mod dual_paraboloid;
 mod exact;
-mod fit;
 mod focused;
 mod importance;
-mod improved_paraboloid;
-mod lispsm;
-mod matrix_fit;
+pub mod improved_paraboloid;
+pub mod lispsm;
 mod min_sm;
 mod notw;
-mod parallel_fit;
-mod parameters;
+pub mod parameters;
 mod plane_optimal;
 mod psm;
 mod ray_traced;
 mod rtw;
-mod scene_optimized;
+pub mod scene_optimized;
 mod shadow_volumes;
-mod snapping;
-mod spot;
+pub mod spot;
 mod uniform;
-mod view;
+pub mod view;
 
 pub use parameters::{Array, MapParameters, OldMap, Parameters, Value};
 pub use uniform::fit_uniform;

@@ -6,7 +6,7 @@
 //! rows' functions put them, and each column gets its function in the same way.
 //!
 //! Beyond the paper, rows share functions. Where two functions meet the map is torn: texels side by side are
-//! of places far apart, and the lookup goes on at the nearest texel across the tear (lib/tears.wgsl). A cell is
+//! of places far apart, and the lookup goes on at the nearest texel across the tear (lib/seams.wgsl). A cell is
 //! worth a power of its count, and a part of each function is the identity. Of `n` pixels that share `s` of the
 //! texels, from `n s^(-1/2)` (depth tests) to `n / s` (triangles) are wrong along edges; their sum, for a sum of
 //! `s` that is given, is least where `s` is in proportion to `n^(2/3)` or `n^(1/2)`. Equal counts take too much
@@ -20,13 +20,13 @@
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
-use super::fit::{Cut, Fit};
 use super::importance::{Analysis, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
-use crate::passes::importance_map::Importance;
-use crate::passes::rasterize::Rasterization;
-use crate::passes::warp_map::{Axis, CountFit, WarpMap};
+use crate::fits::boxes::{Cut, Fit};
+use crate::gpu::passes::importance_map::Importance;
+use crate::gpu::passes::rasterize::Rasterization;
+use crate::gpu::passes::warp_map::{Axis, CountFit, WarpMap};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
 const FUNCTION_COUNT: u32 = 16;

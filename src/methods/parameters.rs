@@ -1,8 +1,8 @@
 //! Parameters of methods: names to values, checked with errors that name the parameter.
 
 use crate::error::{Error, Result, ensure_value};
-use crate::passes::lookup::{Comparison, DepthBias, Filter};
-use crate::passes::rasterize::Rasterization;
+use crate::gpu::passes::lookup::{Comparison, DepthBias, Filter};
+use crate::gpu::passes::rasterize::Rasterization;
 use crate::projection::{Kind, Projection};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
@@ -276,8 +276,8 @@ impl Parameters {
             "radius must be finite and not negative, got {radius}"
         );
         ensure_value!(
-            (1..=MOST_SAMPLES).contains(&samples),
-            "samples must be from 1 to {MOST_SAMPLES}, got {samples}"
+            (1..=MAX_SAMPLES).contains(&samples),
+            "samples must be from 1 to {MAX_SAMPLES}, got {samples}"
         );
         Ok(Comparison::filtered(filter))
     }
@@ -299,7 +299,7 @@ impl Parameters {
 }
 
 /// Depth tests of a pixel; with the rows of an invocation they stay below 65,535 iterations.
-const MOST_SAMPLES: u32 = 1024;
+const MAX_SAMPLES: u32 = 1024;
 
 fn filter_from_text(text: &str) -> Option<Filter> {
     let mut parts = text.strip_prefix("pcf(")?.strip_suffix(')')?.split(", ");

@@ -10,10 +10,10 @@
 //! Limits: off the plane texels may be of any size, and what the light moves behind the camera's
 //! plane on its way to that plane has none: it counts as lit.
 
-use super::matrix_fit::{Fit, FitParameters, fitted_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light_fits::{PlaneFrame, dominant_plane, plane_optimal};
+use crate::fits::light_fits::{PlaneFrame, dominant_plane, plane_optimal};
+use crate::fits::matrix_layers::{Fit, FitParameters, fitted_layers};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneOptimal {

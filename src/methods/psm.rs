@@ -9,10 +9,10 @@
 //! Limits: a light that shines along the view sees the transformed scene at a grazing angle; the
 //! virtual camera then steps back, and what is left of the perspective may be less than enough.
 
-use super::matrix_fit::{FitParameters, fitted_layers};
 use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light_fits::perspective;
+use crate::fits::light_fits::perspective;
+use crate::fits::matrix_layers::{FitParameters, fitted_layers};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perspective {

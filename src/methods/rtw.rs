@@ -12,12 +12,12 @@
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
-use super::fit::{Cut, Fit};
 use super::importance::{Analysis, DIRECTIONS, Direction};
 use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::{Result, ensure_value};
-use crate::passes::importance_map::Importance;
-use crate::passes::warp_map::{Axis, WarpMap};
+use crate::fits::boxes::{Cut, Fit};
+use crate::gpu::passes::importance_map::Importance;
+use crate::gpu::passes::warp_map::{Axis, WarpMap};
 
 const FUNCTIONS: &[&str] = &[
     "desired_view",

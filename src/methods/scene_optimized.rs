@@ -14,14 +14,14 @@
 //! that are rendered together share these waits); a shadow that no sample meets may be off the map, and
 //! counts as lit.
 
-use super::matrix_fit::{
-    MARGIN, Part, SAMPLE_RESOLUTION, parts_of_receivers, projection, take_margin,
-};
 use super::view::SampledReceivers;
 use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::light_fits::focused;
-use crate::light_matrix::{LightMatrix, MapSize, Sample, descend, optimize};
+use crate::fits::light_fits::focused;
+use crate::fits::light_matrix::{LightMatrix, MapSize, Sample, descend, optimize};
+use crate::fits::matrix_layers::{
+    MARGIN, Part, SAMPLE_RESOLUTION, parts_of_receivers, projection, take_margin,
+};
 use glam::{DMat4, DVec3};
 use std::time::Instant;
 
@@ -208,7 +208,7 @@ impl SceneOptimized {
         let smooth: Vec<_> = part.samples.iter().filter(is_smooth).collect();
         let all: Vec<_> = part.samples.iter().collect();
         let usable = if smooth.is_empty() { all } else { smooth };
-        let step = usable.len().div_ceil(MOST_SAMPLES).max(1);
+        let step = usable.len().div_ceil(MAX_SAMPLES).max(1);
         let spread = usable.into_iter().step_by(step);
         spread
             .map(|&i| {
@@ -250,7 +250,7 @@ fn is_grazed(view: &View, samples: &SampledReceivers, index: usize) -> bool {
 const LEAST_COSINE: f64 = 0.05;
 
 /// More samples take longer and change the matrix little.
-const MOST_SAMPLES: usize = 400;
+const MAX_SAMPLES: usize = 400;
 
 /// The median of a new matrix must be below this share of the old one's.
 const SUFFICIENT: f64 = 0.8;

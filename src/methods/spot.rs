@@ -8,10 +8,10 @@
 //!
 //! Limits: texels are spread evenly over the plane, not over what the camera sees.
 
-use super::central_fit::cone_layer;
-use super::fit::{Cut, cut_layers};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::{Error, Result};
+use crate::fits::boxes::{Cut, cut_layers};
+use crate::fits::central::cone_layer;
 use crate::light::Light;
 
 #[derive(Debug, Clone, PartialEq)]

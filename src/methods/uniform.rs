@@ -9,12 +9,12 @@
 //!
 //! Limits: a large scene leaves few texels to what is in view.
 
-use super::across_edges::parallel_across_edges;
-use super::central_fit::{cone_layer, cube_faces, fit_square, plane_radius};
-use super::parallel_fit::{axes_at, bounds_of, fit_box};
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
 use crate::error::Result;
-use crate::passes::receivers;
+use crate::fits::central::{cone_layer, cube_faces, fit_square, plane_radius};
+use crate::fits::parallel::{axes_at, bounds_of, fit_box};
+use crate::fits::rotation::parallel_off_edges;
+use crate::gpu::passes::receivers;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -77,7 +77,7 @@ fn whole(layer: Fitted, widest: f64, resolution: u32) -> Fitted {
 /// The map over the box of the casters: also what effective resolutions are measured by.
 pub fn fit_uniform(scene: &Scene, eye: DVec3, direction: DVec3, resolution: u32) -> Projection {
     let (low, high) = scene.bounds();
-    let axes = parallel_across_edges(scene, axes_at(0.5 * low + 0.5 * high, direction));
+    let axes = parallel_off_edges(scene, axes_at(0.5 * low + 0.5 * high, direction));
     let vertices = scene.vertices();
     let bounds = scene
         .triangles()

@@ -4,28 +4,28 @@ use super::parameters::{MapParameters, position_rounding};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::acceleration::{self, AccelerationStructure};
+use crate::gpu::culling_is_on;
 use crate::gpu::frame::{Frame, Read, ReadResults, Source};
-use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::SceneTables;
-use crate::gpu::skips;
-use crate::light::Light;
-use crate::passes::boundary::{self, BoundaryWeights};
-use crate::passes::image_tiles::{self, Begun, ImageTiles};
-use crate::passes::importance_map::{self, Factors, Importance, ImportanceMap};
-use crate::passes::light_grid::LightGrid;
-use crate::passes::lookup::{self, Comparison, Looked};
-use crate::passes::outline::{self, Points};
-use crate::passes::rasterize::{Drawn, Rasterization, Target};
-use crate::passes::receiver_lists::RECEIVER_BYTES;
-use crate::passes::receivers::{self, Bounds};
-use crate::passes::shadow_edge::EdgeBias;
-use crate::passes::warp_map::WarpMap;
-use crate::passes::work_items::Counters;
-use crate::passes::{
+use crate::gpu::passes::boundary::{self, BoundaryWeights};
+use crate::gpu::passes::image_tiles::{self, ImageTiles, InitialImage};
+use crate::gpu::passes::importance_map::{self, Factors, Importance, ImportanceMap};
+use crate::gpu::passes::light_grid::LightGrid;
+use crate::gpu::passes::lookup::{self, Comparison, LookupInput};
+use crate::gpu::passes::outline::{self, Points};
+use crate::gpu::passes::rasterize::{RasterJob, Rasterization, Target};
+use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
+use crate::gpu::passes::receivers::{self, Bounds};
+use crate::gpu::passes::shadow_edge::EdgeBias;
+use crate::gpu::passes::warp_map::WarpMap;
+use crate::gpu::passes::work_items::Counters;
+use crate::gpu::passes::{
     Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, ray_queries,
     receiver_lists, receiver_tiles, samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes,
     visibility,
 };
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
+use crate::light::Light;
 use crate::projection::Projection;
 use crate::reference::surface;
 use crate::region::Region;
@@ -35,7 +35,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Texels along each side of the map that settles receivers before they are listed, at most.
-const MOST_MAP_TEXELS: u32 = 1024;
+const MAX_MAP_TEXELS: u32 = 1024;
 
 /// A frame in the making: the passes, bound to the scene, camera and light.
 pub struct View<'a> {
@@ -56,7 +56,7 @@ pub struct View<'a> {
     skipped: Vec<&'static str>,
     skipped_layers: usize,
     measures: Vec<(&'static str, f64)>,
-    begun: Option<Begun>,
+    begun: Option<InitialImage>,
 }
 
 /// Pixels, where a method counts them.
@@ -173,7 +173,7 @@ impl<'a> View<'a> {
     }
 
     /// The visibility image before any caster, and its tiles.
-    fn begun(&mut self) -> Result<&mut Begun> {
+    fn begun(&mut self) -> Result<&mut InitialImage> {
         let begun = match self.begun.take() {
             Some(begun) => begun,
             None => {
@@ -197,7 +197,7 @@ impl<'a> View<'a> {
 
     /// The tiles of the image that may hold receivers of a region; `None`: all of them.
     fn image_tiles(&mut self, region: &Region) -> Result<Option<Arc<ImageTiles>>> {
-        if !skips() {
+        if !culling_is_on() {
             return Ok(None);
         }
         self.begun()?;
@@ -365,7 +365,7 @@ impl<'a> View<'a> {
             };
             let seen = receivers_in(&inputs, visibility_buffer, self.light, region)
                 .within(tiles.as_deref());
-            let whole = Drawn {
+            let whole = RasterJob {
                 projection,
                 warp: plan.warp.as_ref(),
                 target: map.lookup.target(),
@@ -373,7 +373,7 @@ impl<'a> View<'a> {
                 receiver_tiles: None,
             };
             let tiles = self.receiver_tiles(seen, whole, map.lookup)?;
-            let drawn = Drawn {
+            let drawn = RasterJob {
                 receiver_tiles: tiles.as_deref(),
                 ..whole
             };
@@ -381,7 +381,7 @@ impl<'a> View<'a> {
             self.pending
                 .push((shadow_map::LABEL, vec![rasterized.counters]));
             let rounding = position_rounding(projection, self.camera.eye);
-            let looked = Looked {
+            let looked = LookupInput {
                 projection,
                 warp: plan.warp.as_ref(),
                 texels: &rasterized.texels,
@@ -403,12 +403,12 @@ impl<'a> View<'a> {
     fn receiver_tiles(
         &mut self,
         seen: Receivers,
-        map: Drawn,
+        map: RasterJob,
         lookup: Comparison,
     ) -> Result<Option<PooledBuffer>> {
         let is_small = map.projection.texel_count() < seen.camera.pixel_count();
         // A disc may be of any size.
-        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !skips() {
+        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !culling_is_on() {
             return Ok(None);
         }
         let (frame, reach) = (&mut self.frame, lookup.reach);
@@ -437,7 +437,7 @@ impl<'a> View<'a> {
             let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
                 .within(tiles.as_deref());
             // The nearest casters, which settle most receivers that are in shadow.
-            let map = projection.with_resolution(projection.width.min(MOST_MAP_TEXELS));
+            let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
             let drawn = plain_map(&map);
             let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
             self.pending
@@ -661,8 +661,8 @@ impl<'a> View<'a> {
 }
 
 /// An exact map of depths and triangles, not warped.
-fn plain_map(projection: &Projection) -> Drawn<'_> {
-    Drawn {
+fn plain_map(projection: &Projection) -> RasterJob<'_> {
+    RasterJob {
         projection,
         warp: None,
         target: Target::DepthTriangle,
@@ -672,7 +672,7 @@ fn plain_map(projection: &Projection) -> Drawn<'_> {
 }
 
 /// Second difference of one over the depth, as a share of it, that still is smooth.
-const MOST_BEND: f64 = 0.02;
+const MAX_BEND: f64 = 0.02;
 
 /// Some pixels of the image, seen by the CPU: rows of a coarse camera's image.
 pub struct SampledReceivers {
@@ -768,7 +768,7 @@ impl SampledReceivers {
                 return true;
             };
             let bend = 1.0 / self.depths[before] + 1.0 / self.depths[after] - 2.0 * here;
-            bend.abs() < MOST_BEND * here
+            bend.abs() < MAX_BEND * here
         })
     }
 }

@@ -1,0 +1,313 @@
+"""Wrong pixels over the scenes of a folder, in their own lights and in random ones.
+
+Every scene, from each camera and in each light that its scenes.json lists, and in random lights by
+a seed: directional, point and spot, in and outside of the view. By default the methods are those
+that sample nothing from the light, and Embree's float32 rays. Each image is judged against
+`lixel.reference`; ties are left out. The table is written view by view, and the same command goes
+on where the last one stopped.
+
+    python -m lixel.accuracy FOLDER --size 480x270 --random 6 -o accuracy.csv
+    python -m lixel.accuracy FOLDER --kind point --random 20 --method cube+notw:lookup=depth
+        -o point.csv
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import shlex
+import sys
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import DeviceError
+from ..arguments import needs
+from ..camera import Camera
+from ..compare import compare
+from ..frame import render_outputs
+from ..light import DirectionalLight, Light, PointLight, SpotLight
+from ..load import load
+from ..methods import Method
+from ..receivers import Receivers
+from ..reference import Reference, reference
+from ..scene import Scene
+from .options import image_size, method_with, parameter
+from .peers import ray_offset
+from .random_views import random_lights
+from .report import progress, say
+from .report import table as as_text
+from .result_tables import append, provenance, read
+from .views import Views
+
+METHODS = ("exact", "ray_traced", "shadow_volumes")
+KINDS = {"directional": DirectionalLight, "point": PointLight, "spot": SpotLight}
+EMBREE = "embree float32"
+
+COLUMNS = (
+    "scene", "camera", "light", "light_kind", "width", "height", "triangles", "method", "covered",
+    "ties", "misclassified", "false_lit", "false_shadow", "device", "driver", "date", "command",
+    "error",
+)  # fmt: skip
+
+SEED = 6
+
+# Where `shadow_edges` looks for them, and how often a light is drawn before the last is taken.
+SIZE_OF_LOOK = (160, 90)
+MAX_DRAWS = 100
+
+
+class Embree:
+    """Shadow rays of Embree, in float32 from float32 points a hair above the surface."""
+
+    def __init__(self, scene: Scene) -> None:
+        needs("embreex", "peers")
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self.traced = EmbreeScene()
+        self.mesh = TriangleMesh(
+            self.traced, scene.vertices.astype(np.float32), scene.faces.astype(np.int32)
+        )
+        self.offset = ray_offset(scene)
+
+    def shadows(self, seen: Receivers) -> npt.NDArray[np.float32]:
+        """The visibility image of what the camera sees."""
+        visibility = np.where(seen.covered, 0.0, np.nan).astype(np.float32)
+        asking = seen.facing
+        points = seen.position[asking] + self.offset * seen.normal[asking]
+        to_light = seen.light.vectors_from(points)
+        distance = np.linalg.norm(to_light, axis=1)
+        is_parallel = isinstance(seen.light, DirectionalLight)
+        reach = np.full(len(points), 3e38) if is_parallel else distance
+        hit = self.traced.run(
+            points.astype(np.float32),
+            (to_light / distance[:, None]).astype(np.float32),
+            dists=reach.astype(np.float32),
+            query="OCCLUDED",
+        )
+        visibility[asking] = np.asarray(hit) < 0
+        return visibility
+
+
+def views(
+    folder: Path,
+    entry: dict[str, Any],
+    scene: Scene,
+    size: tuple[int, int],
+    count: int,
+    kinds: Sequence[str] = tuple(KINDS),
+    shadow_edges: bool = False,
+) -> Iterator[tuple[str, Camera, str, Light]]:
+    """Names and values of every camera and light of a scene; random lights differ by camera.
+
+    With `shadow_edges` a random light by which the camera sees no edge of a shadow is drawn again.
+    """
+    types = [KINDS[kind] for kind in kinds]
+    listed = Views.read(folder / "scenes.json", entry["file"])
+    for camera_name, camera in listed.cameras.items():
+        sized = camera.resized(*size)
+        for light_name, light in listed.lights.items():
+            if type(light) in types:
+                yield camera_name, sized, light_name, light
+        seed = (SEED, zlib.crc32(f"{entry['file']} {camera_name}".encode()))
+        random = np.random.default_rng(seed)
+        for number, light in enumerate(random_lights(random, scene, sized, count, types)):
+            for _ in range(MAX_DRAWS if shadow_edges else 0):
+                if casts_shadow_edges(scene, camera, light):
+                    break
+                light = random_lights(random, scene, sized, number + 1, types)[number]
+            yield camera_name, sized, f"random {number}", light
+
+
+def casts_shadow_edges(scene: Scene, camera: Camera, light: Light) -> bool:
+    """Whether a small image has both: what is lit, and what faces the light in shadow."""
+    truth = reference(scene, camera.resized(*SIZE_OF_LOOK), light)
+    visibility = truth.visibility[truth.facing]
+    return bool((visibility == 1).any() and (visibility == 0).any())
+
+
+def method_of(text: str) -> Method:
+    """A method from its name, and parameters after a colon: ``"cube+notw:lookup=depth"``."""
+    name, _, given = text.partition(":")
+    return method_with(name, None, [parameter(part) for part in given.split(",") if part])
+
+
+def _method_text(text: str) -> str:
+    try:
+        method_of(text)
+    except (TypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def judge(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    methods: Mapping[str, Method],
+    embree: Embree | None = None,
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """By method, the counts of one view; methods that are not made for the light have none."""
+    truth = reference(scene, camera, light)
+    for name, method in methods.items():
+        if not method.takes(light):
+            continue
+        try:
+            _, found = render_outputs(scene, camera, light, method, ("visibility",))
+        except DeviceError as error:
+            yield name, {"error": str(error)}
+        else:
+            yield name, _counts(found["visibility"], truth)
+    if embree is not None:
+        yield EMBREE, _counts(embree.shadows(truth), truth)
+
+
+def _counts(visibility: npt.NDArray[np.float32], truth: Reference) -> dict[str, Any]:
+    result = compare(visibility, truth)
+    return {
+        "covered": result.covered_count,
+        "ties": result.tie_count,
+        "misclassified": result.misclassified_count,
+        "false_lit": result.false_lit_count,
+        "false_shadow": result.false_shadow_count,
+    }
+
+
+def run(
+    folder: Path,
+    output: Path,
+    size: tuple[int, int],
+    random: int,
+    command: str,
+    methods: Sequence[str] = (),
+    kinds: Sequence[str] = tuple(KINDS),
+    scenes: Sequence[str] = (),
+    cameras: Sequence[str] = (),
+    shadow_edges: bool = False,
+) -> None:
+    """Judge what the table does not have yet, and append it."""
+    done = {(row["scene"], row["camera"], row["light"]) for row in read(output, command)}
+    append(output, COLUMNS, [])
+    chosen = {text: method_of(text) for text in methods or METHODS}
+    for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
+        name = Path(entry["file"]).stem
+        if scenes and name not in scenes:
+            continue
+        scene = load(folder / entry["file"])
+        embree = None if methods else Embree(scene)
+        missing = [
+            view
+            for view in views(folder, entry, scene, size, random, kinds, shadow_edges)
+            if (name, view[0], view[2]) not in done and (not cameras or view[0] in cameras)
+        ]
+        for camera_name, camera, light_name, light in progress(missing, name):
+            shared = {
+                "scene": name,
+                "camera": camera_name,
+                "light": light_name,
+                "light_kind": type(light).__name__,
+                "width": camera.width,
+                "height": camera.height,
+                "triangles": scene.triangle_count,
+                **provenance(command),
+            }
+            rows = [
+                {**shared, "method": method, **counts}
+                for method, counts in judge(scene, camera, light, chosen, embree)
+            ]
+            # A view is written whole or not at all.
+            append(output, COLUMNS, rows)
+
+
+def summary(path: Path) -> list[dict[str, Any]]:
+    """Sums by scene and method: views, those that the device could not do, covered pixels, wrong
+    ones, and the most in one view."""
+    sums: dict[tuple[str, str], dict[str, Any]] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            for scene in (row["scene"], "all"):
+                of_scene = sums.setdefault(
+                    (scene, row["method"]),
+                    {"scene": scene, "method": row["method"], "views": 0, "failed": 0, "covered": 0,
+                     "ties": 0, "wrong": 0, "most": 0, "false lit": 0, "false shadow": 0},
+                )  # fmt: skip
+                if row["error"]:
+                    of_scene["failed"] += 1
+                    continue
+                wrong = int(row["misclassified"])
+                of_scene["views"] += 1
+                of_scene["covered"] += int(row["covered"])
+                of_scene["ties"] += int(row["ties"])
+                of_scene["wrong"] += wrong
+                of_scene["most"] = max(of_scene["most"], wrong)
+                of_scene["false lit"] += int(row["false_lit"])
+                of_scene["false shadow"] += int(row["false_shadow"])
+    return sorted(sums.values(), key=lambda row: row["scene"] == "all")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m lixel.accuracy", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument("folder", type=Path, help="with a scenes.json and the files that it lists")
+    parser.add_argument("--size", type=image_size, default=(480, 270), metavar="WIDTHxHEIGHT")
+    parser.add_argument(
+        "--random", type=int, default=6, metavar="N", help="random lights from each camera"
+    )
+    parser.add_argument(
+        "--shadow-edges",
+        action="store_true",
+        help="draw a random light again by which a camera sees no edge of a shadow",
+    )
+    parser.add_argument(
+        "--kind", action="append", choices=KINDS, help="of lights; may be given more than once"
+    )
+    parser.add_argument(
+        "--scene",
+        action="append",
+        metavar="NAME",
+        help="of the folder; may be given more than once",
+    )
+    parser.add_argument(
+        "--camera", action="append", metavar="NAME", help="of a scene; may be given more than once"
+    )
+    parser.add_argument(
+        "--method", action="append", type=_method_text, metavar="NAME[:PARAMETER=VALUE,...]",
+        help="instead of those that sample nothing from the light; may be given more than once",
+    )  # fmt: skip
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.csv")
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = parser.parse_args(given)
+    if options.random < 0:
+        parser.error(f"--random must not be negative, got {options.random}")
+    # The folder's name, not where it lies on this machine.
+    told = [options.folder.name if word == str(options.folder) else word for word in given]
+    command = f"python -m lixel.accuracy {shlex.join(told)}"
+    try:
+        run(
+            options.folder,
+            options.output,
+            options.size,
+            options.random,
+            command,
+            options.method or (),
+            options.kind or tuple(KINDS),
+            options.scene or (),
+            options.camera or (),
+            options.shadow_edges,
+        )
+    except KeyboardInterrupt:
+        say("accuracy: stopped; the same command goes on")
+        return 1
+    print(as_text(summary(options.output)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,217 @@
+"""How restless the shadows of each method are while the camera or the light moves.
+
+A pixel flickers where it turns from right to wrong, or back, between two frames: where its change
+is not the reference's. Pixels of two frames are matched by the point that they see: the surface in
+the middle of a pixel is looked up in the frame before, where the pixel that it falls in must see
+the same triangle. `lixel stress --flicker` prints the table.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import scenes
+from ..arguments import count, needs
+from ..camera import Camera
+from ..frame import render, render_shadows
+from ..light import DirectionalLight
+from ..methods import (
+    Cascades,
+    DesiredView,
+    Exact,
+    Focused,
+    Method,
+    MinimalShadowMap,
+    NonOrthogonalWarp,
+    RectilinearWarp,
+    SceneOptimized,
+    ShadowMapMethod,
+    Uniform,
+)
+from ..reference import Reference, reference
+from ..scene import Scene
+from .report import progress
+from .stress import View, wrong_pixels
+
+WIDTH, HEIGHT = 192, 108
+
+RESOLUTION = 128
+"""Texels along each side of the maps: a pixel or two wide, so that there is flicker to see."""
+
+
+def _scene() -> Scene:
+    return scenes.objects_on_floor(count=9, subdivisions=1)
+
+
+def _camera(eye: Any, target: Any = (0.2, 0.3, 0.1)) -> Camera:
+    return Camera.look_at(eye, target, yfov=0.8, width=WIDTH, height=HEIGHT)
+
+
+def _pan(scene: Scene, frame: int) -> View:
+    """The image is a window that moves over a wide picture, a pixel at a time."""
+    still = _camera((-3.1, 2.3, 4.2))
+    across, down = still.centre
+    camera = Camera(
+        still.pose,
+        focal=still.focal,
+        centre=(across + 60 - frame, down),
+        width=WIDTH,
+        height=HEIGHT,
+    )
+    return scene, camera, scene.lights["default"]
+
+
+def _walk(scene: Scene, frame: int) -> View:
+    """Past the scene and towards it, about a pixel at a time."""
+    camera = _camera((-3.1 + 0.022 * frame, 2.3 - 0.004 * frame, 4.2 - 0.006 * frame))
+    return scene, camera, scene.lights["default"]
+
+
+def _sun(scene: Scene, frame: int) -> View:
+    """The camera stands still, the light turns by a tenth of a degree at a time."""
+    sun = scene.lights["default"]
+    assert isinstance(sun, DirectionalLight)
+    x, y, z = sun.direction
+    turn = np.radians(0.1 * frame)
+    turned = (x * np.cos(turn) - z * np.sin(turn), y, x * np.sin(turn) + z * np.cos(turn))
+    return scene, _camera((-3.1, 2.3, 4.2)), DirectionalLight(turned)
+
+
+MOTIONS: Mapping[str, Callable[[Scene, int], View]] = MappingProxyType(
+    {"pan": _pan, "walk": _walk, "sun": _sun}
+)
+"""What moves, by name."""
+
+METHODS: tuple[tuple[Method, bool], ...] = (
+    (Uniform(), False),
+    (DesiredView(), False),
+    (DesiredView(snap=True), False),
+    (MinimalShadowMap(), False),
+    (Focused(), False),
+    (Focused(snap=True), False),
+    (Cascades(), False),
+    (Cascades(snap=True), False),
+    (SceneOptimized(), False),
+    (SceneOptimized(), True),
+    (RectilinearWarp(), False),
+    (RectilinearWarp(snap=True), False),
+    (RectilinearWarp(snap=True, blend=0.9), True),
+    (NonOrthogonalWarp(), False),
+    (NonOrthogonalWarp(snap=True), False),
+    (NonOrthogonalWarp(snap=True, blend=0.9), True),
+    (Exact(), False),
+)
+"""Methods, and whether each frame is given the one before as `previous`."""
+
+
+def flicker(
+    motions: Iterable[str] | None = None,
+    methods: Iterable[tuple[Method, bool]] = METHODS,
+    frames: int = 120,
+) -> Any:
+    """Pixels that flicker, method by method.
+
+    Parameters
+    ----------
+    motions : list of str, optional
+        Of `MOTIONS`; None: all.
+    methods : list of (method, bool)
+        Methods, and whether each frame is given the one before. Maps get `RESOLUTION` texels along
+        each side.
+    frames : int
+        How many, at least 2.
+
+    Returns
+    -------
+    pandas.DataFrame
+        motion, method, `snap`, and `blend` where the frame before was given; then, as means over
+        the frames: `flicker`, pixels that turn from right to wrong or back from one frame to the
+        next; `truth`, pixels that change in the reference; `compared`, pixels that two frames both
+        see and no tie settles; `wrong`, misclassified pixels of a frame.
+
+    Raises
+    ------
+    ValueError
+        An unknown motion, too few frames.
+    """
+    pandas = needs("pandas", "study")
+    names = list(MOTIONS) if motions is None else list(motions)
+    for name in names:
+        if name not in MOTIONS:
+            raise ValueError(f"motion must be one of {', '.join(MOTIONS)}, got {name!r}")
+    if count("frames", frames, "frames") < 2:
+        raise ValueError(f"frames must be at least 2, got {frames}")
+    chosen = list(methods)
+    rows = []
+    for name in names:
+        scene = _scene()
+        views = [MOTIONS[name](scene, frame) for frame in range(frames)]
+        truths = [reference(*view) for view in views]
+        matches = [_match(old, new) for old, new in itertools.pairwise(truths)]
+        changes = [
+            np.count_nonzero(old.visibility.ravel()[there] != new.visibility.ravel()[here])
+            for (old, new), (here, there) in zip(itertools.pairwise(truths), matches, strict=True)
+        ]
+        for method, follows in progress(chosen, name):
+            wrong = _wrong(views, truths, method, follows)
+            turned = [
+                np.count_nonzero(old.ravel()[there] != new.ravel()[here])
+                for (old, new), (here, there) in zip(
+                    itertools.pairwise(wrong), matches, strict=True
+                )
+            ]
+            rows.append(
+                {
+                    "motion": name,
+                    "method": method.spelling,
+                    "snap": bool(getattr(method, "snap", False)),
+                    "blend": getattr(method, "blend", 1.0) if follows else None,
+                    "frames": frames,
+                    "flicker": float(np.mean(turned)),
+                    "truth": float(np.mean(changes)),
+                    "compared": float(np.mean([here.size for here, _ in matches])),
+                    "wrong": float(np.mean([np.count_nonzero(of_frame) for of_frame in wrong])),
+                }
+            )
+    return pandas.DataFrame(rows)
+
+
+def _wrong(
+    views: list[View], truths: list[Reference], method: Method, follows: bool
+) -> list[npt.NDArray[np.bool_]]:
+    """The wrong pixels of each frame."""
+    if isinstance(method, ShadowMapMethod):
+        method = replace(method, resolution=RESOLUTION)
+    wrong = []
+    for view, truth in zip(views, truths, strict=True):
+        if follows:
+            frame = render(*view, method)
+            visibility = frame.visibility
+            method = cast(Method, replace(cast(Any, method), previous=frame))
+        else:
+            visibility = render_shadows(*view, method)
+        wrong.append(wrong_pixels(visibility, truth))
+    return wrong
+
+
+def _match(old: Reference, new: Reference) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Pixels of the new picture, and those of the old one that see the same place; no ties."""
+    judged = [truth.covered & ~truth.tie & ~truth.triangle_tie for truth in (old, new)]
+    here = np.flatnonzero(judged[1])
+    camera = old.camera
+    places = camera.project(new.position.reshape(-1, 3)[here])
+    column, row = np.floor(places[:, :2].T)
+    inside = (column >= 0) & (column < camera.width)
+    inside &= (row >= 0) & (row < camera.height)
+    here = here[inside]
+    there = (row[inside] * camera.width + column[inside]).astype(np.int64)
+    is_same = judged[0].ravel()[there]
+    is_same &= old.triangle_id.ravel()[there] == new.triangle_id.ravel()[here]
+    return here[is_same], there[is_same]

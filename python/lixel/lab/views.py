@@ -1,0 +1,157 @@
+"""Cameras and lights of a scene by their names, from the scene itself or from a file beside it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera
+from ..light import DirectionalLight, Light, PointLight, SpotLight
+from ..load import FORMATS, load
+from ..scene import Scene
+from ..scenes import GENERATORS
+from .study import SUN, see_all
+
+SIZE = (1920, 1080)
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class Views:
+    """Cameras and lights by name, in order."""
+
+    cameras: dict[str, Camera] = field(default_factory=dict)
+    lights: dict[str, Light] = field(default_factory=dict)
+    # Lights that are listed but not of a kind that lixel has; they keep their place and name.
+    unsupported: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path, scene_name: str) -> Views:
+        """From a JSON file."""
+        try:
+            entry = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ValueError(f"views must be a JSON file, got {str(path)!r}: {error}") from None
+        if isinstance(entry, list):
+            named = [e for e in entry if isinstance(e, dict) and e.get("file") == scene_name]
+            if not named:
+                raise ValueError(f"views {str(path)!r} has no entry whose file is {scene_name!r}")
+            entry = named[0]
+        try:
+            cameras = {
+                str(i): Camera.look_at(
+                    c["eye"],
+                    c["target"],
+                    c.get("up", (0.0, 1.0, 0.0)),
+                    yfov=math.radians(c["fov_y_deg"]),
+                    width=SIZE[0],
+                    height=SIZE[1],
+                )
+                for i, c in enumerate(entry.get("cameras", []))
+            }
+            lights: dict[str, Light] = {}
+            unsupported = {}
+            for i, light in enumerate(entry.get("lights", [])):
+                match light["kind"]:
+                    case "directional":
+                        lights[str(i)] = DirectionalLight(light["direction"])
+                    case "point":
+                        lights[str(i)] = PointLight(light["position"])
+                    case "spot":
+                        outer = math.radians(light["fov_deg"]) / 2
+                        spot = SpotLight(light["position"], light["direction"], outer)
+                        lights[str(i)] = spot
+                    case other:
+                        unsupported[str(i)] = other
+        except (AttributeError, KeyError, TypeError) as error:
+            raise ValueError(
+                f"views {str(path)!r} must hold cameras with eye, target and fov_y_deg, and lights "
+                f"with kind and direction: {type(error).__name__} {error}"
+            ) from None
+        return cls(cameras, lights, unsupported)
+
+    def camera(self, text: str | None, scene: Scene) -> Camera:
+        """The camera of a name, an index or a description; a suitable one for None."""
+        if text is None:
+            return next(iter(self.cameras.values()), None) or see_all(scene)
+        if ";" not in text:
+            return _pick("camera", text, self.cameras)
+        parts = text.split(";")
+        if len(parts) not in (3, 4):
+            raise ValueError(
+                f'camera must be "eye;target;yfov" or "eye;target;yfov;up", got {text!r}'
+            )
+        up = _point("camera up", parts[3]) if len(parts) == 4 else (0.0, 1.0, 0.0)
+        return Camera.look_at(
+            _point("camera eye", parts[0]),
+            _point("camera target", parts[1]),
+            up,
+            yfov=_angle(parts[2]),
+            width=SIZE[0],
+            height=SIZE[1],
+        )
+
+    def light(self, text: str | None) -> Light:
+        """The light of a name, an index or a direction; a suitable one for None."""
+        if text is None:
+            return next(iter(self.lights.values()), None) or DirectionalLight(SUN)
+        if "," in text:
+            return DirectionalLight(_point("light", text))
+        if text in self.unsupported:
+            kind = self.unsupported[text]
+            raise ValueError(f"light must be directional, point or spot, got {text}, a {kind}")
+        return _pick("light", text, self.lights)
+
+
+def scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
+    """A file's scene or a built-in one, and its views: those of a file, or the scene's own."""
+    views = None if file is None else Views.read(file, Path(name).name)
+    if name in GENERATORS:
+        scene = GENERATORS[name]()
+    elif Path(name).suffix or Path(name).exists():
+        scene = load(name)
+    else:
+        raise ValueError(
+            f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(GENERATORS)}, "
+            f"got {name!r}"
+        )
+    return scene, views or Views(dict(scene.cameras), dict(scene.lights))
+
+
+def _pick(what: str, text: str, known: Mapping[str, Value]) -> Value:
+    if text in known:
+        return known[text]
+    names = list(known)
+    if text.isdecimal() and int(text) < len(names):
+        return known[names[int(text)]]
+    have = f"one of {', '.join(names)}, by name or index" if names else "described: it has none"
+    raise ValueError(f"{what} must be {have}, got {text!r}")
+
+
+def _point(what: str, text: str) -> npt.NDArray[np.float64]:
+    try:
+        point = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        point = np.zeros(0)
+    if len(point) != 3:
+        raise ValueError(f"{what} must be three numbers x,y,z, got {text!r}")
+    return point
+
+
+def _angle(text: str) -> float:
+    degrees = text.strip().removesuffix("deg")
+    try:
+        angle = float(degrees)
+    except ValueError:
+        raise ValueError(
+            f"camera yfov must be radians, or degrees as in 60deg, got {text!r}"
+        ) from None
+    return angle if degrees == text.strip() else math.radians(angle)

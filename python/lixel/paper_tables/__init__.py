@@ -1,1 +1,0 @@
-"""Tables of papers whose experiment is more than frames of a few methods, a module each."""

@@ -1,0 +1,178 @@
+"""Pictures of warps, as matplotlib axes: the figures of Rosen and of Milet et al.
+
+Each function draws one layer of a frame into `ax`, or into new axes where None is given, and
+returns the axes. matplotlib is in the extra ``plot``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arguments import needs
+from ..frame import Frame
+from ..warps import unwarp_points, warp_points
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
+    """The importance map; cells of no importance are left empty.
+
+    Parameters
+    ----------
+    frame : Frame
+        Of a method that warps.
+    ax : matplotlib.axes.Axes, optional
+    layer : int
+        Which of the frame's layers.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        The frame has no warp in that layer.
+    """
+    _check(frame, layer)
+    ax = _axes(ax)
+    values = frame.importance_map[layer]
+    positive = values[values > 0]
+    norm = "log" if positive.size and positive.max() > positive.min() else None
+    shown = ax.imshow(
+        np.ma.masked_equal(values, 0),
+        extent=(0, 1, 1, 0),
+        norm=norm,
+        cmap="viridis",
+        interpolation="nearest",
+    )
+    ax.figure.colorbar(shown, ax=ax, shrink=0.8)
+    ax.set_title("importance")
+    return ax
+
+
+def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: int = 33) -> Axes:
+    """The lines of a regular grid of texels, taken back to the map that is not warped.
+
+    Where lines are close there are many texels. The receivers' cells are shaded.
+
+    Parameters
+    ----------
+    frame, ax, layer
+        As for `importance`.
+    lines : int
+        Along each axis; at least 2.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        The frame has no warp in that layer, or there are fewer lines than two.
+    """
+    _check(frame, layer)
+    if lines < 2:
+        raise ValueError(f"lines must be at least 2, got {lines}")
+    ax = _axes(ax)
+    ax.imshow(frame.importance_map[layer] > 0, extent=(0, 1, 1, 0), cmap="Greys", vmin=0, vmax=4)
+    along = np.linspace(0, 1, 513)
+    for place in np.linspace(0, 1, lines):
+        across = np.full_like(along, place)
+        for points in ((across, along), (along, across)):
+            x, y = unwarp_points(frame.warp_map[layer], np.stack(points, axis=1)).T
+            ax.plot(x, y, color="#0072B2", linewidth=0.5)
+    ax.set(xlim=(0, 1), ylim=(1, 0), aspect="equal", title="texels of the warp")
+    return ax
+
+
+def receiver_counts(
+    frame: Frame, ax: Axes | None = None, *, layer: int = 0, warped: bool = True, cells: int = 128
+) -> Axes:
+    """How many receivers fall in each cell of the map, before or after the warp.
+
+    Parameters
+    ----------
+    frame, ax, layer
+        As for `importance`. The frame's light is directional: of other projections a matrix alone
+        does not tell the place in the map.
+    warped : bool
+        After the warp, or before it.
+    cells : int
+        Along each side.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        The frame has no warp in that layer.
+    """
+    _check(frame, layer)
+    ax = _axes(ax)
+    matrix = frame.light_matrix[layer]
+    points = frame.position[frame.facing]
+    texels = points @ matrix[:3, :3].T + matrix[:3, 3]
+    uv = np.clip(texels[:, :2] / frame.shadow_map.shape[1:][::-1], 0, 1)
+    if warped:
+        uv = warp_points(frame.warp_map[layer], uv)
+    counts, *_ = np.histogram2d(uv[:, 1], uv[:, 0], bins=cells, range=((0, 1), (0, 1)))
+    shown = ax.imshow(
+        np.ma.masked_equal(counts, 0),
+        extent=(0, 1, 1, 0),
+        norm="log" if counts.max() > 1 else None,
+        cmap="viridis",
+        interpolation="nearest",
+    )
+    ax.figure.colorbar(shown, ax=ax, shrink=0.8)
+    ax.set_title(
+        f"receivers {'after' if warped else 'before'} the warp, at most {counts.max():.0f}"
+    )
+    return ax
+
+
+def shadow_map(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
+    """The depths that the map holds, through the warp; empty texels are left out.
+
+    Parameters
+    ----------
+    frame, ax, layer
+        As for `importance`.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        The frame has no such layer.
+    """
+    _check(frame, layer)
+    ax = _axes(ax)
+    depth = np.ma.masked_equal(frame.shadow_map[layer], 1.0)
+    ax.imshow(depth, extent=(0, 1, 1, 0), cmap="gray_r", interpolation="nearest")
+    ax.set_title("shadow map")
+    return ax
+
+
+def _check(frame: Frame, layer: int) -> None:
+    layers = len(frame.warp_map)
+    if not 0 <= layer < layers:
+        raise ValueError(
+            f"layer must be one of the frame's {layers} layers with a warp, got {layer}"
+        )
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    drawn: Axes = needs("matplotlib.pyplot", "plot").figure(layout="constrained").add_subplot()
+    return drawn

@@ -1,0 +1,164 @@
+//! Pass "image tiles": the visibility image before any caster, and its tiles that may hold receivers of a layer,
+//! which the passes over them look at alone.
+
+use super::{Facts, PendingFacts, Receivers};
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shaders::Shader;
+use crate::region::Region;
+use std::sync::Arc;
+
+pub const LABEL: &str = "image tiles";
+
+/// Columns and rows of a tile, as in `shaders/lib/image_tiles.wgsl`.
+pub const IMAGE_TILE: [u32; 2] = [64, 32];
+
+/// Workgroups for invocations of 1, 2, 4, ... rows up to all of a tile.
+const CHOICES: u64 = IMAGE_TILE[1].ilog2() as u64 + 1;
+const BYTES_OF_CHOICE: u64 = 12;
+
+/// An image that was begun, on the device.
+pub struct InitialImage {
+    /// Per pixel, float32: 1 where it faces the light, else 0, NaN where no surface is seen. Whoever answers
+    /// takes it.
+    pub visibility: Option<PooledBuffer>,
+    /// How many pixels see a surface.
+    pub seen: PooledBuffer,
+    /// Nearest and farthest receiver of each tile that faces the light.
+    depth_ranges: PooledBuffer,
+    /// Of each region that was asked for.
+    listed: Vec<(Region, Arc<ImageTiles>)>,
+}
+
+/// Tiles of one layer, on the device.
+pub struct ImageTiles {
+    pub listed: PooledBuffer,
+    groups: PooledBuffer,
+}
+
+impl ImageTiles {
+    pub fn groups(&self, rows_per_invocation: u32) -> Groups<'_> {
+        debug_assert!(rows_per_invocation.is_power_of_two());
+        let choice = u64::from(rows_per_invocation.ilog2());
+        debug_assert!(choice < CHOICES);
+        Groups::Indirect(&self.groups, BYTES_OF_CHOICE * choice)
+    }
+}
+
+/// Columns and rows of tiles.
+fn grid(seen: &Receivers) -> [u32; 2] {
+    [
+        seen.camera.width.div_ceil(IMAGE_TILE[0]),
+        seen.camera.height.div_ceil(IMAGE_TILE[1]),
+    ]
+}
+
+/// Records the first step. `seen` has all receivers of the light.
+pub fn begin(frame: &mut Frame, seen: Receivers) -> Result<InitialImage> {
+    let [columns, rows] = grid(&seen);
+    let depth_ranges = frame.storage("depth ranges", 8 * u64::from(columns) * u64::from(rows))?;
+    let count = frame.storage("pixels that see a surface", 4)?;
+    let visibility = frame.storage("visibility image", 4 * seen.camera.pixel_count() as u64)?;
+    frame.clear(&depth_ranges);
+    frame.clear(&count);
+    let receivers = seen.camera_uniform();
+    let receivers = frame.uniform("receivers", &receivers);
+    let shader = Shader::new("image_tiles");
+    let pipeline = frame
+        .gpu
+        .clone()
+        .pipeline(shader, "begin", &seen.constants());
+    let mut bindings = seen.bindings(&receivers).to_vec();
+    bindings.extend([
+        (0, buffer(&depth_ranges)),
+        (4, buffer(&count)),
+        (6, buffer(&visibility)),
+    ]);
+    frame.pass(
+        LABEL,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings,
+            groups: Groups::Grid(columns, rows),
+        }],
+    );
+    Ok(InitialImage {
+        visibility: Some(visibility),
+        seen: count,
+        depth_ranges,
+        listed: Vec::new(),
+    })
+}
+
+impl InitialImage {
+    /// Those of the layer's region, and what there is to tell of those that were not known; `None`: the device
+    /// takes no workgroup for each of so many.
+    pub fn tiles(
+        &mut self,
+        frame: &mut Frame,
+        seen: Receivers,
+        facts: &mut Vec<PendingFacts>,
+    ) -> Result<Option<Arc<ImageTiles>>> {
+        if let Some((_, tiles)) = self.listed.iter().find(|(of, _)| of == seen.region) {
+            return Ok(Some(tiles.clone()));
+        }
+        let [columns, rows] = grid(&seen);
+        let count = u64::from(columns) * u64::from(rows);
+        if count > u64::from(frame.gpu.limits.max_compute_workgroups_per_dimension) {
+            return Ok(None);
+        }
+        let (tiles, new_facts) = self.list(frame, seen, count)?;
+        let tiles = Arc::new(tiles);
+        facts.push(new_facts);
+        self.listed.push((seen.region.clone(), tiles.clone()));
+        Ok(Some(tiles))
+    }
+
+    fn list(
+        &self,
+        frame: &mut Frame,
+        seen: Receivers,
+        count: u64,
+    ) -> Result<(ImageTiles, PendingFacts)> {
+        let counters = frame.storage("counters", 8)?;
+        let tiles = ImageTiles {
+            listed: frame.storage(LABEL, 4 * count)?,
+            groups: frame.storage("groups of tiles", BYTES_OF_CHOICE * CHOICES)?,
+        };
+        let mut receivers = seen.camera_uniform();
+        receivers.rounding = seen.slack() as f32;
+        let receivers = frame.uniform("receivers", &receivers);
+        let shader = Shader::new("image_tiles");
+        let pipeline = frame.gpu.clone().pipeline(shader, "list", &[]);
+        let [uniform, ..] = seen.bindings(&receivers);
+        frame.pass(
+            LABEL,
+            &[Dispatch {
+                pipeline: &pipeline,
+                bindings: vec![
+                    uniform,
+                    (1, buffer(&self.depth_ranges)),
+                    (2, buffer(&tiles.listed)),
+                    (3, buffer(&tiles.groups)),
+                    (5, buffer(&counters)),
+                ],
+                groups: Groups::Linear(1),
+            }],
+        );
+        let facts = PendingFacts {
+            label: LABEL,
+            counters: frame.read(Source::Taken(counters), 2)?,
+            describe,
+        };
+        Ok((tiles, facts))
+    }
+}
+
+fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
+    Ok(vec![
+        ("looked_at", counters[0].into()),
+        ("tiles", counters[1].into()),
+    ])
+}

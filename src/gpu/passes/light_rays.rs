@@ -1,0 +1,122 @@
+//! The rays of the receivers towards the light, whichever pass searches for what they meet:
+//! `shaders/lib/light_rays.wgsl`.
+
+use super::{Describe, Facts, PendingFacts, Receivers};
+use crate::error::{Error, Result};
+use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::double_single;
+use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, flag};
+use crate::projection::Projection;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+/// Boxes and triangles of a ray at most: below the iterations after which some drivers end a loop.
+pub const MAX_STEPS: u32 = 65_000;
+
+/// A pass that searches.
+pub struct Search<'a> {
+    pub label: &'static str,
+    pub shader: Shader,
+    /// Boxes are `(world - centre) / half_size`.
+    pub centre: DVec3,
+    pub half_size: f64,
+    /// For all roundings, in the boxes' space.
+    pub box_margin: f32,
+    /// Of a hierarchy that compute walks.
+    pub node_count: u32,
+    /// What is searched.
+    pub structure: wgpu::BindingResource<'a>,
+    /// (vertex, vertex, vertex, triangle) in the structure's order.
+    pub triangles: &'a wgpu::TextureView,
+    pub describe: Describe,
+}
+
+/// As `LightRays` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct LightRaysUniform {
+    eye_high: [f32; 3],
+    box_scale: f32,
+    eye_low: [f32; 3],
+    box_margin: f32,
+    eye_in_boxes: [f32; 3],
+    node_count: u32,
+}
+
+/// The shader's `Counters` by name. Fails, with words for what was too much, where a ray was not walked
+/// to its end.
+pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
+    let [longest_walk, rays] = [counters[0], counters[1]];
+    if longest_walk >= MAX_STEPS {
+        return Err(Error::Device(format!(
+            "{too_much} on the device {}; take another method",
+            gpu.adapter.name
+        )));
+    }
+    Ok(vec![
+        ("rays", rays.into()),
+        ("longest_walk", longest_walk.into()),
+    ])
+}
+
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+pub fn light_rays(
+    frame: &mut Frame,
+    seen: Receivers,
+    search: Search,
+) -> Result<(PooledBuffer, PendingFacts)> {
+    let (scene, camera, label) = (seen.scene, seen.camera, search.label);
+    let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
+    let eye_in_boxes = (camera.eye - search.centre) / search.half_size;
+    let uniform = LightRaysUniform {
+        eye_high: eye_high.to_array(),
+        box_scale: search.half_size.recip() as f32,
+        eye_low: eye_low.to_array(),
+        box_margin: search.box_margin,
+        eye_in_boxes: eye_in_boxes.as_vec3().to_array(),
+        node_count: search.node_count,
+    };
+    let uniform = frame.uniform(label, &uniform);
+    let receivers = seen.uniform(&Projection::from_camera(camera));
+    let receivers = frame.uniform("receivers", &receivers);
+    let visibility = frame.storage("visibility image", 4 * camera.pixel_count() as u64)?;
+    let counters = frame.storage("counters", 8)?;
+    frame.clear(&counters);
+    let mut constants = vec![
+        ("has_low_parts", flag(scene.has_low_parts)),
+        ("most_steps", f64::from(MAX_STEPS)),
+    ];
+    constants.extend(seen.constants());
+    let pipeline = frame
+        .gpu
+        .clone()
+        .pipeline(search.shader, "main", &constants);
+    frame.pass(
+        label,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings: [
+                &seen.bindings(&receivers)[..],
+                &[
+                    (0, buffer(&uniform)),
+                    (2, table(&scene.positions_high)),
+                    (3, table(&scene.positions_low)),
+                    (4, search.structure),
+                    (5, table(search.triangles)),
+                    (6, buffer(&visibility)),
+                    (7, buffer(&counters)),
+                ],
+            ]
+            .concat(),
+            groups: Groups::Grid(camera.width.div_ceil(8), camera.height.div_ceil(8)),
+        }],
+    );
+    let facts = PendingFacts {
+        label,
+        counters: frame.read(Source::Taken(counters), 2)?,
+        describe: search.describe,
+    };
+    Ok((visibility, facts))
+}

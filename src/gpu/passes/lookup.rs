@@ -1,0 +1,166 @@
+//! Pass "lookup": the shadow test of every pixel.
+
+use super::Receivers;
+use super::rasterize::Target;
+use super::warp_map::{self, WarpMap};
+use crate::gpu::flag;
+use crate::gpu::frame::{Dispatch, Frame, buffer, table};
+use crate::gpu::shaders::Shader;
+use crate::projection::Projection;
+
+pub const LABEL: &str = "lookup";
+
+/// What is taken off a receiver's depth before it is compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthBias {
+    /// World units.
+    pub constant: f64,
+    /// World units per unit of depth where a texel's beam widens with it, else world units.
+    pub beam: f64,
+    /// Texels: times the width of a texel and the slope of the receiver against the light.
+    pub slope: f64,
+    /// Whether the receiver's plane is evaluated on the texel's own ray.
+    pub receiver_plane: bool,
+    /// Bound of the rounding error of a position in light space, world units.
+    pub rounding: f64,
+}
+
+impl DepthBias {
+    pub const NONE: Self = Self {
+        constant: 0.0,
+        beam: 0.0,
+        slope: 0.0,
+        receiver_plane: false,
+        rounding: 0.0,
+    };
+}
+
+/// How a receiver is compared with the texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// Texels on each side of the receiver's own.
+    pub reach: u8,
+    /// Whether the receiver's own light ray is tested against the triangles of those texels.
+    pub triangles: bool,
+    /// Whether depth tests that all agree decide.
+    pub depths: bool,
+    /// Depth tests in a disc instead, whose mean is the answer.
+    pub filter: Option<Filter>,
+}
+
+/// Percentage closer filtering.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filter {
+    /// Of the disc: in texels of the warped map, or in world units.
+    pub radius: f64,
+    pub samples: u32,
+    /// Whether the disc lies across the receiver's light ray, before the warp, or in the warped map.
+    pub is_unwarped: bool,
+}
+
+impl Comparison {
+    pub const DEPTH: Self = Self {
+        reach: 0,
+        triangles: false,
+        depths: true,
+        filter: None,
+    };
+
+    pub fn filtered(filter: Filter) -> Self {
+        Self {
+            // Without a radius every test is the receiver's own.
+            filter: Some(filter).filter(|filter| filter.radius > 0.0),
+            ..Self::DEPTH
+        }
+    }
+
+    pub fn target(self) -> Target {
+        if self.triangles {
+            Target::DepthTriangle
+        } else {
+            Target::Depth
+        }
+    }
+}
+
+/// A map to look up.
+#[derive(Clone, Copy)]
+pub struct LookupInput<'a> {
+    pub projection: &'a Projection,
+    pub warp: Option<&'a WarpMap>,
+    pub texels: &'a wgpu::Buffer,
+    pub comparison: Comparison,
+    pub bias: DepthBias,
+}
+
+/// Answers for the receivers of the layer; the other pixels keep what they have. Per pixel, float32: 1 lit, 0 in
+/// shadow, in between with a filter.
+pub fn lookup(frame: &mut Frame, seen: Receivers, map: LookupInput, visibility: &wgpu::Buffer) {
+    let LookupInput {
+        projection,
+        warp,
+        comparison,
+        bias,
+        ..
+    } = map;
+    let shader = Shader {
+        projection: projection.shader(),
+        warp: warp_map::shader(warp),
+        stored: match comparison.target() {
+            Target::Depth => "stored/depth",
+            Target::DepthTriangle => "stored/depth_triangle",
+        },
+        ..Shader::new("lookup")
+    };
+    let mut uniform = seen.uniform(projection);
+    // Depths are in the projection's unit there. So is the growth of a beam.
+    let unit = projection.unit();
+    uniform.constant_bias = (bias.constant * unit) as f32;
+    uniform.beam_bias = bias.beam as f32;
+    uniform.slope_bias = bias.slope as f32;
+    uniform.receiver_plane = f32::from(u8::from(bias.receiver_plane));
+    let filter = comparison.filter;
+    uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
+    uniform.rounding = (bias.rounding * unit) as f32;
+    let uniform = frame.uniform("receivers", &uniform);
+    let projection = frame.uniform("projection", &projection.uniform(seen.scene.origin));
+    let rows = frame.gpu.work_per_invocation(1, 32);
+    let mut constants = vec![
+        ("reach", f64::from(comparison.reach)),
+        ("uses_triangles", flag(comparison.triangles)),
+        ("uses_depths", flag(comparison.depths)),
+        (
+            "samples",
+            filter.map_or(0.0, |filter| f64::from(filter.samples)),
+        ),
+        (
+            "is_unwarped",
+            flag(filter.is_some_and(|filter| filter.is_unwarped)),
+        ),
+        ("has_low_parts", flag(seen.scene.has_low_parts)),
+    ];
+    constants.extend(seen.constants());
+    constants.extend(seen.tiles_constants(rows));
+    constants.extend(warp_map::constants(warp));
+    let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
+    let scene = seen.scene;
+    let mut bindings = seen.bindings(&uniform).to_vec();
+    bindings.extend([
+        seen.tiles_binding(),
+        (0, buffer(&projection)),
+        (1, table(&scene.vertex_indices)),
+        (2, table(&scene.positions_high)),
+        (3, table(&scene.positions_low)),
+        (5, buffer(map.texels)),
+        (6, buffer(visibility)),
+    ]);
+    bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+    frame.pass(
+        LABEL,
+        &[Dispatch {
+            pipeline: &pipeline,
+            bindings,
+            groups: seen.groups(rows),
+        }],
+    );
+}

@@ -1,0 +1,225 @@
+//! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`; through a
+//! warp of many functions, `shaders/rasterize_bands.wgsl`.
+
+use super::tessellate::tessellate;
+use super::warp_map::{self, WarpMap};
+use super::work_items::{self, Counters, Stages};
+use crate::error::{Result, ensure_value};
+use crate::gpu::frame::{Frame, Read, buffer, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shaders::Shader;
+use crate::gpu::{culling_is_on, flag};
+use crate::projection::{Projection, ProjectionUniform};
+use bytemuck::{Pod, Zeroable};
+
+/// What a texel keeps of the nearest triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// 32 bits: the depth.
+    Depth,
+    /// 64 bits: the depth and the triangle.
+    DepthTriangle,
+}
+
+/// How triangles become texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rasterization {
+    /// Each texel takes its own ray.
+    Exact,
+    /// As published: corners are projected and warped, edges between them are straight in the map.
+    /// Triangles are split until no edge is longer than this share of the map's side.
+    Linear { longest_edge: Option<f64> },
+}
+
+/// As `Job` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct JobUniform {
+    projection: ProjectionUniform,
+    triangle_count: u32,
+    coarse_shift: u32,
+    tile_bits: [u32; 2],
+    band_bits: u32,
+    has_bands: u32,
+    steps_per_depth: f32,
+    last_step: f32,
+}
+
+/// A map with its texels and, after the next submission, its counters.
+pub struct Rasterized {
+    pub texels: PooledBuffer,
+    pub counters: Read<Counters>,
+}
+
+/// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/parts.wgsl`.
+pub const TILE_SHIFT: u32 = 3;
+
+/// With more, what a triangle hides is not looked for: it takes a look at all bands of a tile in each of them, and
+/// all loops of an invocation together must stay below 65,535 iterations.
+const MAX_HIDING_BANDS: u32 = 64;
+
+/// Columns and rows of them.
+pub fn tiles_of_map(projection: &Projection) -> [u32; 2] {
+    [projection.width, projection.height].map(|side| side.div_ceil(1 << TILE_SHIFT))
+}
+
+/// A map to draw.
+#[derive(Clone, Copy)]
+pub struct RasterJob<'a> {
+    pub projection: &'a Projection,
+    pub warp: Option<&'a WarpMap>,
+    pub target: Target,
+    pub rasterization: Rasterization,
+    /// From `receiver_tiles`, of `TILE_SHIFT`: what the other tiles hold is undefined.
+    pub receiver_tiles: Option<&'a wgpu::Buffer>,
+}
+
+/// Records the pass under the label.
+pub fn rasterize(
+    frame: &mut Frame,
+    label: &'static str,
+    scene: &SceneTables,
+    drawn: RasterJob,
+) -> Result<Rasterized> {
+    let RasterJob {
+        projection,
+        warp,
+        target,
+        rasterization,
+        receiver_tiles,
+    } = drawn;
+    let texel_bytes = match target {
+        Target::Depth => 4,
+        Target::DepthTriangle => 8,
+    };
+    let texels = frame.storage(label, projection.texel_count() as u64 * texel_bytes)?;
+    frame.clear(&texels);
+
+    let counters = work_items::counters(frame)?;
+    let pieces = match rasterization {
+        Rasterization::Exact => None,
+        Rasterization::Linear { longest_edge } => Some(tessellate(
+            frame,
+            label,
+            scene,
+            projection,
+            warp,
+            longest_edge,
+            &counters,
+        )?),
+    };
+    // Pieces are in the map, beyond projection and warp.
+    let warp = warp.filter(|_| pieces.is_none());
+    let bands = warp.map_or(1, |warp| warp.layout.functions[0]);
+    // Of a warp of many functions a tile's bound says little.
+    let has_bands = bands > 1 && projection.has_straight_edges();
+    let shader = Shader {
+        projection: match pieces {
+            None => projection.shader(),
+            Some(_) => "projection/parallel",
+        },
+        warp: warp_map::shader(warp),
+        caster: match pieces {
+            None => "caster/scene",
+            Some(_) => "caster/pieces",
+        },
+        target: match target {
+            Target::Depth => "target/depth",
+            Target::DepthTriangle => "target/depth_triangle",
+        },
+        ..Shader::new(if has_bands {
+            "rasterize_bands"
+        } else {
+            "rasterize"
+        })
+    };
+    let gpu = frame.gpu.clone();
+    let culls_hidden = culling_is_on() && pieces.is_none() && bands <= MAX_HIDING_BANDS;
+    let mut constants = vec![
+        ("culls_by_depth", flag(culling_is_on())),
+        ("culls_hidden", flag(culls_hidden)),
+        ("has_receiver_tiles", flag(receiver_tiles.is_some())),
+    ];
+    constants.extend(warp_map::constants(warp));
+    let mut per_invocation = gpu.work_per_invocation(1, 64);
+    let longest_side = projection.width.max(projection.height);
+    let unused = frame.storage("unused tiles", 4)?;
+    let tiles = (9, buffer(receiver_tiles.unwrap_or(&unused)));
+    let tile_bits = [projection.width, projection.height]
+        .map(|side| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros());
+    if has_bands {
+        let most = (1u64 << (u32::BITS - tile_bits[0] - tile_bits[1])) - 1;
+        ensure_value!(
+            u64::from(bands) <= most,
+            "function_count must be at most {most} with a map of {longest_side} texels, got {bands}"
+        );
+        // A lane takes several bands and columns of functions of an item: all of an invocation's loops together
+        // must stay below 65,535 iterations.
+        per_invocation = per_invocation.min(32);
+    }
+    // A band that there is not stands for a whole triangle.
+    let band_bits = match has_bands {
+        true => u32::BITS - bands.leading_zeros(),
+        false => 1,
+    };
+    let depth_bits = u32::BITS - tile_bits[0] - tile_bits[1] - band_bits;
+    // Steps are told apart in float32 with room for rounding.
+    let last_step = f64::from((1u32 << depth_bits.min(16)) - 1);
+
+    // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
+    let coarse_side = longest_side.div_ceil(64);
+    let job = JobUniform {
+        projection: projection.uniform(scene.origin),
+        triangle_count: scene.triangle_count,
+        coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
+        tile_bits,
+        band_bits,
+        has_bands: u32::from(has_bands),
+        steps_per_depth: (last_step / projection.greatest_stored_depth()).max(0.0) as f32,
+        last_step: last_step as f32,
+    };
+    let job = frame.uniform("job", &job);
+    let mut bin = vec![(0, buffer(&job))];
+    let mut split = Vec::new();
+    let mut prepare_bin = None;
+    match &pieces {
+        None => {
+            constants.push(("has_low_parts", flag(scene.has_low_parts)));
+            bin.extend([
+                (1, table(&scene.vertex_indices)),
+                (2, table(&scene.positions_high)),
+                (3, table(&scene.positions_low)),
+            ]);
+            split.push((10, table(&scene.unit_normals)));
+        }
+        Some(pieces) => {
+            bin.push((1, buffer(pieces)));
+            prepare_bin = Some(vec![(1, buffer(pieces))]);
+        }
+    }
+    bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+    split.extend(bin.iter().cloned());
+    let [columns, rows] = tiles_of_map(projection).map(u64::from);
+    let depths_of_tiles = frame.storage("depths of tiles", 4 * columns * rows)?;
+    frame.clear(&depths_of_tiles);
+    let hidden = (13, buffer(&depths_of_tiles));
+    let mut walk = split.clone();
+    walk.extend([(5, buffer(&texels)), hidden.clone()]);
+    bin.push(tiles.clone());
+    split.push(tiles);
+    split.push(hidden);
+    let stages = Stages {
+        shader,
+        constants: &constants,
+        triangles: u64::from(scene.triangle_count),
+        per_invocation,
+        counters,
+        prepare_bin,
+        bin,
+        split,
+        walk,
+    };
+    let counters = work_items::record(frame, label, scene, stages)?;
+    Ok(Rasterized { texels, counters })
+}

@@ -1,0 +1,42 @@
+//! Pass "ray queries": the shadow of every pixel by a ray query of the device, `shaders/ray_queries.wgsl`.
+
+use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
+use super::{Facts, PendingFacts, Receivers};
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::gpu::acceleration::AccelerationStructure;
+use crate::gpu::frame::Frame;
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shaders::Shader;
+
+pub const LABEL: &str = "ray queries";
+
+const SHADER: Shader = Shader::new("ray_queries");
+
+fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
+    let too_much = format!(
+        "a ray query meets the boxes of {MAX_STEPS} triangles or more, more than one invocation may \
+         test"
+    );
+    counted(gpu, counters, &too_much)
+}
+
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+pub fn ray_queries(
+    frame: &mut Frame,
+    seen: Receivers,
+    structure: &AccelerationStructure,
+) -> Result<(PooledBuffer, PendingFacts)> {
+    let search = Search {
+        label: LABEL,
+        shader: SHADER,
+        centre: structure.centre,
+        half_size: structure.half_size,
+        box_margin: structure.margin,
+        node_count: 0,
+        structure: structure.binding(),
+        triangles: structure.triangles(),
+        describe,
+    };
+    light_rays(frame, seen, search)
+}

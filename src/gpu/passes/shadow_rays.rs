@@ -1,0 +1,47 @@
+//! Pass "shadow rays": the shadow of every pixel by a ray through a hierarchy that compute walks,
+//! `shaders/shadow_rays.wgsl`.
+
+use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
+use super::{Facts, PendingFacts, Receivers};
+use crate::bvh::WALK_MARGIN;
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::gpu::frame::{Frame, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::HierarchyTables;
+use crate::gpu::shaders::Shader;
+
+pub const LABEL: &str = "shadow rays";
+
+const SHADER: Shader = Shader::new("shadow_rays");
+
+fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
+    let too_much = format!(
+        "a shadow ray meets {MAX_STEPS} boxes and triangles or more, more than one invocation may \
+         walk"
+    );
+    counted(gpu, counters, &too_much)
+}
+
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+pub fn shadow_rays(
+    frame: &mut Frame,
+    seen: Receivers,
+    hierarchy: &HierarchyTables,
+) -> Result<(PooledBuffer, PendingFacts)> {
+    let eye_in_boxes = (seen.camera.eye - hierarchy.centre) / hierarchy.half_size;
+    // The walk's own roundings, and those of a point relative to the eye.
+    let distance = eye_in_boxes.length() + 2.0;
+    let search = Search {
+        label: LABEL,
+        shader: SHADER,
+        centre: hierarchy.centre,
+        half_size: hierarchy.half_size,
+        box_margin: (distance * f64::from(WALK_MARGIN)) as f32,
+        node_count: hierarchy.node_count,
+        structure: table(&hierarchy.nodes),
+        triangles: &hierarchy.leaf_triangles,
+        describe,
+    };
+    light_rays(frame, seen, search)
+}

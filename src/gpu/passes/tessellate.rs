@@ -1,0 +1,153 @@
+//! Triangles to pieces with straight edges in the map, `shaders/tessellate.wgsl`: what comes before a
+//! linear rasterization.
+
+use super::warp_map::{self, WarpMap};
+use super::work_items::{Counters, GROUP};
+use crate::error::{Error, Result};
+use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined, table};
+use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shaders::Shader;
+use crate::gpu::{Gpu, flag};
+use crate::projection::{Projection, ProjectionUniform};
+use bytemuck::{Pod, Zeroable};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+/// As `Job` in the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct JobUniform {
+    projection: ProjectionUniform,
+    triangle_count: u32,
+    longest_edge: f32,
+    rounding: f32,
+    padding: u32,
+}
+
+/// As `Piece` in the shaders.
+const PIECE_BYTES: u64 = 64;
+
+/// Pieces beyond one for each triangle that the next frame makes room for, and as many that are not done
+/// yet. Grows when a frame had no room; such a frame is rendered again.
+static SPARE_PIECES: AtomicU64 = AtomicU64::new(FEW_PIECES);
+
+const FEW_PIECES: u64 = 1 << 16;
+
+/// Rounds of splitting: each halves the edges that are too long.
+static ROUNDS: AtomicU32 = AtomicU32::new(12);
+
+/// Sides of texels are far within their rounding then.
+const MAX_ROUNDS: u32 = 48;
+
+fn most_pieces(gpu: &Gpu) -> u64 {
+    gpu.largest_storage() / PIECE_BYTES
+}
+
+/// Records the pass under the label; it counts in `counters`, which are zero.
+pub fn tessellate(
+    frame: &mut Frame,
+    label: &'static str,
+    scene: &SceneTables,
+    projection: &Projection,
+    warp: Option<&WarpMap>,
+    longest_edge: Option<f64>,
+    counters: &wgpu::Buffer,
+) -> Result<PooledBuffer> {
+    let most = most_pieces(&frame.gpu);
+    let spare = SPARE_PIECES.load(Ordering::Relaxed).min(most);
+    let capacity = (u64::from(scene.triangle_count) + spare).min(most);
+    let pieces = frame.storage("pieces", capacity * PIECE_BYTES)?;
+    let lists = [
+        frame.storage("pieces to split", spare * PIECE_BYTES)?,
+        frame.storage("split pieces", spare * PIECE_BYTES)?,
+    ];
+    let groups = frame.storage("workgroups of refine", 12)?;
+    // Of places in the map, as a share of it: the smaller the map is and the farther off its axis, the more.
+    let side = f64::from(projection.width.min(projection.height));
+    let rounding = 2e-6 * (1.0 + projection.centre.abs().max_element() / side);
+    let job = JobUniform {
+        projection: projection.uniform(scene.origin),
+        triangle_count: scene.triangle_count,
+        longest_edge: longest_edge.map_or(f32::MAX, |share| share.max(rounding) as f32),
+        rounding: rounding as f32,
+        padding: 0,
+    };
+    let job = frame.uniform("job", &job);
+
+    let shader = Shader {
+        projection: projection.shader(),
+        warp: warp_map::shader(warp),
+        ..Shader::new("tessellate")
+    };
+    let gpu = frame.gpu.clone();
+    let has_low_parts = ("has_low_parts", flag(scene.has_low_parts));
+    let begin = gpu.pipeline(shader, "begin", &[has_low_parts]);
+    let prepare_refine = gpu.pipeline(shader, "prepare_refine", &[]);
+    let refine = gpu.pipeline(shader, "refine", &[]);
+
+    let counted = (4, buffer(counters));
+    let mut shared = vec![(0, buffer(&job)), counted.clone(), (5, buffer(&pieces))];
+    shared.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+    let vertices = [
+        (1, table(&scene.vertex_indices)),
+        (2, table(&scene.positions_high)),
+        (3, table(&scene.positions_low)),
+    ];
+    let [indices, high, low] = &vertices;
+    let mut dispatches = vec![Dispatch {
+        pipeline: &begin,
+        bindings: joined(&shared, &[indices, high, low, &(7, buffer(&lists[0]))]),
+        groups: Groups::Linear(u64::from(scene.triangle_count).div_ceil(GROUP)),
+    }];
+    // Without a longest edge nothing is split.
+    let rounds = longest_edge.map_or(0, |_| ROUNDS.load(Ordering::Relaxed));
+    for round in 0..rounds as usize {
+        let (from, to) = (&lists[round % 2], &lists[(round + 1) % 2]);
+        let unfinished = (6, buffer(from));
+        dispatches.push(Dispatch {
+            pipeline: &prepare_refine,
+            bindings: vec![counted.clone(), unfinished.clone(), (8, buffer(&groups))],
+            groups: Groups::Linear(1),
+        });
+        dispatches.push(Dispatch {
+            pipeline: &refine,
+            bindings: joined(&shared, &[&unfinished, &(7, buffer(to))]),
+            groups: Groups::Indirect(&groups, 0),
+        });
+    }
+    frame.pass(label, &dispatches);
+    Ok(pieces)
+}
+
+/// Whether every piece had room and was done. If not, there is more of either in the next try.
+pub fn had_room(gpu: &Gpu, counters: &Counters) -> Result<bool> {
+    if counters.lost > 0 {
+        let wanted = u64::from(counters.pieces.max(counters.most_unfinished));
+        let (most, spare) = (most_pieces(gpu), SPARE_PIECES.load(Ordering::Relaxed));
+        if wanted > most || spare >= most {
+            SPARE_PIECES.store(FEW_PIECES, Ordering::Relaxed);
+            return Err(Error::Device(format!(
+                "tessellation makes more than {} pieces of triangles, the device {} allows {most}; a \
+                 larger share of the map makes fewer",
+                wanted.min(most),
+                gpu.adapter.name
+            )));
+        }
+        // What was lost would have been split further.
+        let more = (2 * wanted).next_power_of_two().max(16 * spare);
+        SPARE_PIECES.fetch_max(more.min(most), Ordering::Relaxed);
+        return Ok(false);
+    }
+    if counters.next_unfinished > 0 {
+        let rounds = ROUNDS.load(Ordering::Relaxed);
+        if rounds >= MAX_ROUNDS {
+            return Err(Error::Device(format!(
+                "tessellation left {} edges that are too long after {MAX_ROUNDS} rounds of splitting",
+                counters.next_unfinished
+            )));
+        }
+        ROUNDS.fetch_max(MAX_ROUNDS, Ordering::Relaxed);
+        return Ok(false);
+    }
+    Ok(true)
+}

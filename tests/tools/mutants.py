@@ -1,0 +1,418 @@
+"""Mutants of the formulas that errors hide in: each is put in, and tests must fail.
+
+`python tests/tools/mutants.py -o docs/results/stability/mutants.csv` copies the project to
+target/mutants, changes one formula at a time, builds, and runs the tests named with it: a minute or
+two each. A mutant that survives is a gap in the tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import core_library
+
+from lixel.lab.result_tables import write
+
+ROOT = Path(__file__).parents[2]
+
+# Options of `cargo test`, or of pytest.
+REFERENCE = ("cargo", "--lib", "reference")
+TURNS = ("cargo", "--lib", "rotation")
+BIAS = (
+    "pytest", "tests/test_shadow_maps.py", "-k",
+    "(never_shadows or acne or slope or spares or no_gap) and (Uniform or DesiredView)",
+)  # fmt: skip
+WARPS = (
+    "pytest", "tests/test_warps.py", "tests/test_shadow_maps.py", "-k",
+    "test_warps or ((texel_holds or cell_with_most or never_shadows_itself) and Warp)",
+)  # fmt: skip
+TEXELS = ("pytest", "tests/test_shadow_maps.py", "-k", "texel_holds")
+PIXELS = ("pytest", "tests/test_visibility_buffer.py")
+TRIANGLES = ("pytest", "tests/test_lookups.py")
+LOOKUPS = (
+    "pytest",
+    "tests/test_lookups.py",
+    "tests/test_methods.py",
+    "-k",
+    "auto or misclassified or noon or one_row",
+)
+HIDDEN = ("pytest", "tests/test_hidden_parts.py")
+TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear")
+SEEN_TILES = ("pytest", "tests/test_receiver_tiles.py", "-k", "torn")
+SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A text of a file that stands there once, and what it becomes."""
+
+    subject: str
+    name: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+LOOKUP = "shaders/lookup.wgsl"
+SEEN = "shaders/receiver_tiles.wgsl"
+GRID = "shaders/warp/grid.wgsl"
+TABLES = "shaders/warp_map.wgsl"
+BANDS = "shaders/rasterize_bands.wgsl"
+TILES = "shaders/lib/tiles.wgsl"
+PARTS = "shaders/lib/parts.wgsl"
+COVERAGE = "shaders/lib/coverage.wgsl"
+IMAGE_TILES = "shaders/image_tiles.wgsl"
+RAY = "shaders/lib/shadow_ray.wgsl"
+CASTERS = "shaders/caster_tests.wgsl"
+TRUTH = "src/reference.rs"
+PARAMETERS = "src/methods/parameters.rs"
+ACROSS = "src/fits/rotation.rs"
+
+MUTANTS = (
+    Mutant(
+        "exact", "grid space decides what it does not know", CASTERS,
+        "                    if met.is_certain {",
+        "                    if met.is_possible {", SEARCHES,
+    ),
+    Mutant(
+        "exact", "grid space has no room for its rounding", CASTERS,
+        "let room = GRID_ROUNDING * (caster.farthest + absolute_sum(q));",
+        "let room = 0.0;", SEARCHES,
+    ),
+    Mutant(
+        "exact", "what may be is never tested again", CASTERS,
+        "unsure |= 1u << i;",
+        "unsure |= 0u;", SEARCHES,
+    ),
+    Mutant(
+        "exact", "a neighbour below the receiver's plane may shadow it", RAY,
+        "greatest_height > least_margin && !is_level",
+        "greatest_height > least_margin", SEARCHES,
+    ),
+    Mutant(
+        "tears", "what lies beside a texel is its neighbour", LOOKUP,
+        "let is_beside = all(texel >= patch.low) && all(texel <= patch.high);",
+        "let is_beside = all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size));",
+        TORN,
+    ),
+    Mutant(
+        "tears", "end the lookup", LOOKUP,
+        "while !is_rectilinear && reach > 0 && torn != 0u {",
+        "while !is_rectilinear && reach > 2 && torn != 0u {", TORN,
+    ),
+    Mutant(
+        "tears", "a receiver's own texel may be of another patch", LOOKUP,
+        "clamp(vec2<i32>(floor(warped.uv * size)), patch.low, patch.high);",
+        "vec2<i32>(floor(warped.uv * size));", TORN,
+    ),
+    Mutant(
+        "tears", "the nearest texel across is not found along the rows", GRID,
+        "select(edge.x, value_of_function(warp, 0u, beside.x, linear.x), is_along_y)",
+        "select(edge.x, value_of_function(warp, 0u, warped.functions.x, linear.x), is_along_y)",
+        TORN,
+    ),
+    Mutant(
+        "tears", "a disc goes on beyond them", LOOKUP,
+        "whole = select(clamp(whole, patch.low, patch.high), whole, is_unwarped);", "", TORN,
+    ),
+    Mutant(
+        "tears", "tiles across are not drawn", SEEN,
+        "mark(tiles, tiles_around(tiles, vec2<f32>(across) + 0.5, reach, size));", "", SEEN_TILES,
+    ),
+    Mutant(
+        "bias", "is added to the plane, not taken off", LOOKUP,
+        "return stored_depth(projection, plane - bias) > depth;",
+        "return stored_depth(projection, plane + bias) > depth;", BIAS,
+    ),
+    Mutant(
+        "bias", "knows the slope along one axis", LOOKUP,
+        "receivers.slope_bias * (abs(slope.x) + abs(slope.y))",
+        "receivers.slope_bias * abs(slope.x)", BIAS,
+    ),
+    Mutant(
+        "bias", "of rounding is left out", LOOKUP,
+        "let rounding = receivers.rounding * world_slope;", "let rounding = 0.0;", BIAS,
+    ),
+    Mutant(
+        "bias", "does not grow with the texel's beam", LOOKUP,
+        "receivers.beam_bias * beam_growth(projection, receiver.q)", "receivers.beam_bias * 0.0",
+        BIAS,
+    ),
+    Mutant(
+        "bias", "does not grow with the way to the texel", LOOKUP,
+        "beam_bias * max(1.0, length(step))", "beam_bias", LOOKUPS,
+    ),
+    Mutant(
+        "bias", "the receiver's plane is flat", LOOKUP,
+        "step * receivers.receiver_plane, TEXEL_REACH", "vec2<f32>(0.0), TEXEL_REACH", BIAS,
+    ),
+    Mutant(
+        "bias", "automatic is none", PARAMETERS,
+        "Bias::Auto => DepthBias {\n                beam: texel_width,",
+        "Bias::Auto => DepthBias {\n                beam: 0.0 * texel_width,", BIAS,
+    ),
+    Mutant(
+        "bias", "a constant one is none by default", PARAMETERS,
+        "self.constant_bias.map_or(texel_width, |_| 0.0)",
+        "self.constant_bias.map_or(0.0 * texel_width, |_| 0.0)", BIAS,
+    ),
+    Mutant(
+        "warp inverse", "takes a texel's corner for its centre", TABLES,
+        "let target_value = (f32(texel) + 0.5) / f32(axis.texels);",
+        "let target_value = f32(texel) / f32(axis.texels);", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "stops a cell early", TABLES,
+        "if b < target_value && cell + 1u < axis.cells",
+        "if b < target_value && cell + 2u < axis.cells", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "takes the row from the warped map", GRID,
+        "linear_from_column(warp, function_at(y, warp.functions.x), texel.x, size)",
+        "linear_from_column(warp, function_at((f32(texel.y) + 0.5) / f32(size.y), "
+        "warp.functions.x), texel.x, size)", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "takes the column beside", GRID,
+        "return function_at((f32(column) + 0.5) / f32(size.x), warp.functions.y);",
+        "return function_at((f32(column) + 1.5) / f32(size.x), warp.functions.y);", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "the bound of texels is that of the first", GRID,
+        "y.y = max(y.y, linear_from_row(warp, i, last.y, size));",
+        "y.y = max(y.y, linear_from_row(warp, i, first.y, size));", WARPS,
+    ),
+    Mutant(
+        "warp inverse", "neighbours begin a texel late", GRID,
+        "clamp(middle + i - reach, vec2<i32>(0)", "clamp(middle + i - reach + 1, vec2<i32>(0)",
+        TRIANGLES,
+    ),
+    Mutant(
+        "auto lookup", "weighs the texels on the other side", LOOKUP,
+        "let beside = select(-1, 1, aside.x > 0.0)", "let beside = select(1, -1, aside.x > 0.0)",
+        LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "takes the receiver's own texel for four", LOOKUP,
+        "let weights = min(abs(aside), vec2<f32>(0.5));", "let weights = vec2<f32>(0.0);", LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "asks as many texels where triangles are small", LOOKUP,
+        "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING", LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "takes one texel's word for a thin caster", LOOKUP,
+        "ninths >= 4u", "ninths >= 0u", LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "asks few texels where triangles are large", LOOKUP,
+        "select(AGREEING, AGREEING_OF_SMALL, are_small)", "AGREEING_OF_SMALL", LOOKUPS,
+    ),
+    Mutant(
+        "image tiles", "end at their nearest receiver", IMAGE_TILES,
+        "max(rates * depths.x, rates * depths.y)", "rates * depths.x",
+        ("pytest", "tests/test_image_tiles.py"),
+    ),
+    Mutant(
+        "image tiles", "are narrower than they are", IMAGE_TILES,
+        "min(first + IMAGE_TILE, vec2<u32>(receivers.width, receivers.height))",
+        "first + vec2<u32>(1u)", ("pytest", "tests/test_image_tiles.py"),
+    ),
+    Mutant(
+        "hidden parts", "what covers some of a tile hides all of it", PARTS,
+        "is_in_range && covers_all(projection, triangle, box)",
+        "is_in_range && may_cover(projection, triangle, box)", HIDDEN,
+    ),
+    Mutant(
+        "hidden parts", "what is behind the nearest point of a tile is hidden", PARTS,
+        "let key = ~bitcast<u32>(stored_depth(projection, depths.y));",
+        "let key = ~bitcast<u32>(stored_depth(projection, depths.x));", HIDDEN,
+    ),
+    Mutant(
+        "hidden parts", "a whole triangle ends where its first tile does", PARTS,
+        "select(part.tile, min(part.tile + 1u, tiles - 1u), part.is_whole)", "part.tile", HIDDEN,
+    ),
+    Mutant(
+        "hidden parts", "what is nearer than the near plane hides", PARTS,
+        "depths.x >= projection.z_min && depths.y <= projection.z_max", "true", HIDDEN,
+    ),
+    Mutant(
+        "turns", "the scene's edges have no say", ACROSS,
+        "0.5 * area.ln() + EDGES_WORTH * alignment", "0.5 * area.ln()",
+        ("pytest", "tests/test_fits.py"),
+    ),
+    Mutant(
+        "turns", "a cube lies along the edges", ACROSS,
+        "edges.alignment(x, y) + edges.alignment(y, z) + edges.alignment(z, x)",
+        "-edges.alignment(x, y) - edges.alignment(y, z) - edges.alignment(z, x)",
+        ("pytest", "tests/test_fits.py", "-k", "turned_cube"),
+    ),
+    Mutant(
+        "turns", "maps lie along the edges", ACROSS,
+        "0.5 * area.ln() + EDGES_WORTH * alignment", "0.5 * area.ln() - EDGES_WORTH * alignment",
+        TURNS,
+    ),
+    Mutant(
+        "turns", "a paraboloid's axes are the same everywhere", ACROSS,
+        "axis - 2.0 * axis.dot(normal) * normal", "axis - 0.0 * axis.dot(normal) * normal", TURNS,
+    ),
+    Mutant(
+        "texels of a tile", "the last column is left out", TILES,
+        "x >= column && x < width);", "x >= column && x + 1u < width);", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "columns beyond the last are drawn", TILES,
+        "x >= column && x < width);", "x >= column);", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "rows of another band are drawn", TILES,
+        "bound.first.y + i32(y), projection.size) == band;",
+        "bound.first.y + i32(y), projection.size) <= 0xffffu;", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the first column's rows are those of all", BANDS,
+        "span_of(unwarped.along_y, from_x, to_x)", "span_of(unwarped.along_y, from_x, from_x)",
+        TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the lower rows are a row too high", TILES,
+        "select(0u, 4u, is_second)", "select(0u, 3u, is_second)", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the second four columns stand where the first do", TILES,
+        "let four = select(places.first, places.second, i >= 4u);", "let four = places.first;",
+        TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "the last that is drawn hides the others", TILES,
+        "let rest = half & (half - 1u);", "let rest = 0u;", TEXELS,
+    ),
+    Mutant(
+        "texels of a tile", "an edge that two triangles share is of neither", COVERAGE,
+        "return min(min(e.x, e.y), e.z) >= 0.0 &&", "return min(min(e.x, e.y), e.z) > 0.0 &&",
+        PIXELS,
+    ),
+    Mutant(
+        "ties", "points are known exactly", TRUTH,
+        "ROUNDING * length + self.margin", "self.margin", REFERENCE,
+    ),
+    Mutant(
+        "ties", "the receiver is known exactly", TRUTH,
+        "margin: corner_margin + (corner_margin / cosine.abs()).min(extent),", "margin: 0.0,",
+        REFERENCE,
+    ),
+    Mutant(
+        "ties", "a surface edge-on to the eye may not turn", TRUTH,
+        "edge_on: height.abs() <= corner_margin,", "edge_on: false,", REFERENCE,
+    ),
+    Mutant(
+        "ties", "a surface edge-on to the light may not turn", TRUTH,
+        "cosine.abs() <= angle_margin || receiver.edge_on", "receiver.edge_on", REFERENCE,
+    ),
+    Mutant(
+        "ties", "twins keep apart", TRUTH,
+        "if other.iter().all(|c| own.contains(c)) {", "if false {", REFERENCE,
+    ),
+    Mutant(
+        "ties", "neighbours do not keep apart", TRUTH,
+        ".all(|&c| normal.dot(c - self.point) <= self.margin)",
+        ".all(|&c| normal.dot(c - self.point) <= -1.0)", REFERENCE,
+    ),
+    Mutant(
+        "ties", "an edge inside a mesh hides nothing", TRUTH,
+        "end = end.min(covered_until(&candidates, ray.range));", "", REFERENCE,
+    ),
+    Mutant(
+        "ties", "equal distances go to the higher index", TRUTH,
+        "a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))", "a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))",
+        REFERENCE,
+    ),
+)  # fmt: skip
+
+
+def copy_project(folder: Path) -> None:
+    """Of what git knows."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True)
+    for name in listed.stdout.decode().split("\0"):
+        if name and (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+
+
+def run(folder: Path, command: list[str]) -> subprocess.CompletedProcess[str]:
+    """Built with what compiles fast."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(folder / "python"),
+        "CARGO_TARGET_DIR": str(folder / "target"),
+        "CARGO_INCREMENTAL": "1",
+        "CARGO_PROFILE_RELEASE_DEBUG": "0",
+        "CARGO_PROFILE_RELEASE_OPT_LEVEL": "1",
+    }
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def failing_test(folder: Path, tests: tuple[str, ...]) -> str:
+    """The first test that fails, none if all pass."""
+    kind, *options = tests
+    if kind == "cargo":
+        ended = run(folder, ["cargo", "test", "--release", "--locked", *options])
+        found = re.search(r"^test (\S+) \.\.\. FAILED$", ended.stdout, re.MULTILINE)
+    else:
+        ended = run(folder, ["cargo", "build", "--release", "--locked", "--lib"])
+        if ended.returncode != 0:
+            raise RuntimeError(ended.stderr)
+        built = folder / "target" / "release"
+        core_library.install(built, folder / "python" / "lixel")
+        ended = run(folder, [sys.executable, "-m", "pytest", "-q", "-x", *options])
+        found = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
+    if ended.returncode == 0:
+        return ""
+    if found is None:
+        raise RuntimeError(f"no test failed, but:\n{ended.stdout}\n{ended.stderr}")
+    return found[1]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--only", choices=sorted({mutant.subject for mutant in MUTANTS}), help="mutants of it alone"
+    )
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write a table")
+    options = parser.parse_args()
+    chosen = [mutant for mutant in MUTANTS if options.only in (None, mutant.subject)]
+    command = "python tests/tools/mutants.py" + (
+        f" --only '{options.only}'" if options.only else ""
+    )
+    rows = []
+    folder = ROOT / "target" / "mutants"
+    copy_project(folder)
+    for tests in dict.fromkeys(mutant.tests for mutant in chosen):
+        if broken := failing_test(folder, tests):
+            raise RuntimeError(f"{broken} fails without a mutant")
+    for mutant in chosen:
+        path = folder / mutant.file
+        text = path.read_text()
+        if text.count(mutant.old) != 1:
+            raise RuntimeError(f"{mutant.file} must have {mutant.old!r} once")
+        path.write_text(text.replace(mutant.old, mutant.new))
+        by = failing_test(folder, mutant.tests)
+        path.write_text(text)
+        print(f"{mutant.subject}, {mutant.name}: {by or 'survives'}", flush=True)
+        row = {"subject": mutant.subject, "mutant": mutant.name, "file": mutant.file}
+        rows.append({**row, "killed": bool(by), "by": by})
+    if options.output is not None:
+        write(options.output, command, rows)
+    return int(not all(row["killed"] for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
