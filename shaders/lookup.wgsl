@@ -77,9 +77,9 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     }
     let linear = (centred + projection.centre) / size;
     let warped = warped_from_linear(warp, linear);
-    let patch = patch_of(warp, warped, projection.size);
+    let own_patch = patch_of(warp, warped, projection.size);
     // The receiver's own texel, or the one beside it whose centre is of the same patch.
-    let own = clamp(vec2<i32>(floor(warped.uv * size)), patch.low, patch.high);
+    let own = clamp(vec2<i32>(floor(warped.uv * size)), own_patch.low, own_patch.high);
     let middle = clamp(own, vec2<i32>(0), vec2<i32>(projection.size) - 1);
     let normal = projected_from_normal(projection, receiver.normal);
     let slope = depth_slope(projection, normal, receiver.q);
@@ -91,7 +91,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     if samples > 0u {
         let slope_bias = abs(slope) * receivers.slope_bias;
         let place = Place(centred, normal, slope_bias, even_bias + beam_bias, world_slope);
-        return share_in_disc(receivers, projection, warp, receiver, place, patch, warped.uv * size);
+        return share_in_disc(receivers, projection, warp, receiver, place, own_patch, warped.uv * size);
     }
     let least_bias = even_bias + receivers.slope_bias * (abs(slope.x) + abs(slope.y));
 
@@ -111,7 +111,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         above = first_of_row;
         for (var x = -reach; x <= reach; x += 1) {
             let texel = middle + vec2<i32>(x, y);
-            let is_beside = all(texel >= patch.low) && all(texel <= patch.high);
+            let is_beside = all(texel >= own_patch.low) && all(texel <= own_patch.high);
             if is_beside || (x == 0 && y == 0) {
                 let place = vec2<i32>(x, y) + reach;
                 let there = linear_from_neighbour(&neighbours, place, texel, projection.size);
@@ -140,7 +140,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     // Corners belong to the patches above and below.
     var moved = 0u;
     var ids: array<u32, 25>;            // of the triangles there
-    let outside = texels_outside(patch, middle, reach);
+    let outside = texels_outside(own_patch, middle, reach);
     var torn = seam_sides(warp, warped, outside);
     while !is_rectilinear && reach > 0 && torn != 0u {
         let i = firstTrailingBit(torn);
@@ -154,7 +154,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
             let texel = nearest + side * step_out + along * step_along;
             let beside = side * (reach + 1 - outside[i] + step_out) + along * step_along;
             let row = middle.y + beside.y;
-            let is_corner = side.y == 0 && (row < patch.low.y || row > patch.high.y);
+            let is_corner = side.y == 0 && (row < own_patch.low.y || row > own_patch.high.y);
             if !is_corner && all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
                 let place = u32((beside.y + reach) * (2 * reach + 1) + beside.x + reach);
                 let bit = 1u << place;
@@ -255,7 +255,7 @@ fn share_in_disc(
     warp: Warp,
     receiver: Receiver,
     place: Place,
-    patch: Patch,
+    own_patch: Patch,
     middle: vec2<f32>,
 ) -> f32 {
     let size = vec2<f32>(projection.size);
@@ -280,7 +280,7 @@ fn share_in_disc(
         }
         if is_on_map(size, texel) {
             var whole = texel_at(size, texel);
-            whole = select(clamp(whole, patch.low, patch.high), whole, is_unwarped);
+            whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);
             tests += 1;
             lit += i32(is_lit_at(receivers, projection, warp, receiver, place, whole));
         }

@@ -45,8 +45,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 mark(tiles, corners);
             }
             if !is_rectilinear {
-                let patch = patch_of(warp, warped, projection.size);
-                let outside = texels_outside(patch, vec2<i32>(place), i32(ceil(reach)) + 1);
+                let own_patch = patch_of(warp, warped, projection.size);
+                let outside = texels_outside(own_patch, vec2<i32>(place), i32(ceil(reach)) + 1);
                 var torn = select(0u, seam_sides(warp, warped, outside), receiver.faces_light);
                 while torn != 0u {
                     let side = SIDES[firstTrailingBit(torn)];

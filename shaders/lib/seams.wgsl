@@ -3,9 +3,9 @@
 const SIDES = array<vec2<i32>, 4>(vec2<i32>(0, -1), vec2<i32>(0, 1), vec2<i32>(-1, 0), vec2<i32>(1, 0));
 
 // How many of the texels up to `reach` from one lie beyond its patch, on each side.
-fn texels_outside(patch: Patch, middle: vec2<i32>, reach: i32) -> vec4<i32> {
-    let before = patch.low - (middle - reach);
-    let after = middle + reach - patch.high;
+fn texels_outside(own_patch: Patch, middle: vec2<i32>, reach: i32) -> vec4<i32> {
+    let before = own_patch.low - (middle - reach);
+    let after = middle + reach - own_patch.high;
     return min(vec4<i32>(before.y, after.y, before.x, after.x), vec4<i32>(reach));
 }
 

@@ -99,7 +99,7 @@ MUTANTS = (
     ),
     Mutant(
         "tears", "what lies beside a texel is its neighbour", LOOKUP,
-        "let is_beside = all(texel >= patch.low) && all(texel <= patch.high);",
+        "let is_beside = all(texel >= own_patch.low) && all(texel <= own_patch.high);",
         "let is_beside = all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size));",
         TORN,
     ),
@@ -110,7 +110,7 @@ MUTANTS = (
     ),
     Mutant(
         "tears", "a receiver's own texel may be of another patch", LOOKUP,
-        "clamp(vec2<i32>(floor(warped.uv * size)), patch.low, patch.high);",
+        "clamp(vec2<i32>(floor(warped.uv * size)), own_patch.low, own_patch.high);",
         "vec2<i32>(floor(warped.uv * size));", TORN,
     ),
     Mutant(
@@ -121,7 +121,7 @@ MUTANTS = (
     ),
     Mutant(
         "tears", "a disc goes on beyond them", LOOKUP,
-        "whole = select(clamp(whole, patch.low, patch.high), whole, is_unwarped);", "", TORN,
+        "whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);", "", TORN,
     ),
     Mutant(
         "tears", "tiles across are not drawn", SEEN,
