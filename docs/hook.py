@@ -25,6 +25,7 @@ from mkdocs.structure.files import File, Files
 import lixel as lx
 from lixel import _core
 from lixel.lab import stress
+from lixel.lab.result_tables import read
 from lixel.pictures import plots
 
 mpl.use("agg")
@@ -135,11 +136,11 @@ def measurements(name: str) -> list[str]:
     """What was measured of a method, from every file of results that has it."""
     parts = []
     for file in sorted(RESULTS.glob("*.csv")):
-        table = pd.read_csv(file)
+        table = read(file)
         rows = table[(table["method"] == name) & table["error"].isna()]
         if rows.empty:
             continue
-        first = rows.iloc[0]
+        first, made = rows.iloc[0], table.attrs
         lines = [
             "| scene | map | GPU ms | quartiles | misclassified | % of covered | false shadow |",
             "|---|---|---|---|---|---|---|",
@@ -152,9 +153,9 @@ def measurements(name: str) -> list[str]:
                 f"| {100 * row.rate_covered:.3f} | {row.false_shadow_count:,.0f} |"
             )
         parts += [
-            f"## Measured on {first.device}",
-            f"{first.width} x {first.height} pixels, {first.date}, driver {first.driver}, by "
-            f"`{first.command}`. {getattr(first, 'note', '')}",
+            f"## Measured on {made['device']}",
+            f"{first.width} x {first.height} pixels, {made['date']}, driver {made['driver']}, by "
+            f"`{made['command']}`.",
             "\n".join(lines),
         ]
     return parts
@@ -162,24 +163,23 @@ def measurements(name: str) -> list[str]:
 
 def stability_page(start: str) -> str:
     """What `lixel stress` measured, and its known limits."""
-    judged = pd.read_csv(RESULTS / "stability" / "stress.csv")
-    skipped = pd.read_csv(RESULTS / "stability" / "skips.csv")
-    flickering = pd.read_csv(RESULTS / "stability" / "flicker.csv")
+    judged = read(RESULTS / "stability" / "stress.parquet")
+    skipped = read(RESULTS / "stability" / "skips.csv")
+    flickering = read(RESULTS / "stability" / "flicker.csv")
     limits = [
         f"| {', '.join(limit.cases)} | {', '.join(limit.methods)} | {limit.why} |"
         for limit in stress.LIMITS
     ]
-    provenance = ["device", "driver", "date", "command"]
-    beyond = judged[judged["beyond"] > 0].drop(columns=[*provenance, "limit"])
+    beyond = judged[judged["beyond"] > 0].drop(columns="limit")
     tables = {
         "SUMMARY": markdown(pd.DataFrame(stress.summary(judged))),
         "LIMITS": "\n".join(["| view | method | why |", "|---|---|---|", *limits]),
         "BEYOND": markdown(beyond),
-        "SKIPS": markdown(skipped.drop(columns=provenance)),
-        "FLICKER": markdown(flickering.drop(columns=[*provenance, "frames"])),
-        "STRESS_COMMAND": judged["command"].iloc[0],
-        "SKIPS_COMMAND": skipped["command"].iloc[0],
-        "FLICKER_COMMAND": flickering["command"].iloc[0],
+        "SKIPS": markdown(skipped),
+        "FLICKER": markdown(flickering.drop(columns="frames")),
+        "STRESS_COMMAND": judged.attrs["command"],
+        "SKIPS_COMMAND": skipped.attrs["command"],
+        "FLICKER_COMMAND": flickering.attrs["command"],
     }
     for name, text in tables.items():
         start = start.replace(f"[{name}]", text)

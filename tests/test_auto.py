@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,9 @@ from views import small
 import lixel as lx
 from lixel import auto
 from lixel.lab import calibration
+from lixel.lab.result_tables import read
 
-RESULTS = Path(__file__).parents[1] / "docs" / "results" / "auto" / "llvmpipe.csv"
+RESULTS = Path(__file__).parents[1] / "docs" / "results" / "auto" / "llvmpipe.parquet"
 
 NAMES = ("plane_and_box", "objects_on_floor", "colonnade", "city", "grass", "terrain")
 
@@ -169,19 +169,19 @@ def test_bad_bounds_are_named(arguments, error, words, view):
 
 def test_the_model_comes_from_the_kept_table():
     """But for what rounding another library's least squares may do."""
-    rows = calibration.read(RESULTS)
-    fitted = calibration.fit(rows)
+    table = read(RESULTS)
+    fitted = calibration.fit(table)
     kept = auto.model()
     assert kept["command"] == fitted["command"]
-    assert kept["command"].startswith("python -m lixel.calibration ")
+    assert kept["command"].startswith("lixel lab calibration ")
     assert kept["error"] == fitted["error"]
     for key, coefficients in kept["ms"].items():
         np.testing.assert_allclose(coefficients, fitted["ms"][key], rtol=0.01, atol=0.01)
 
 
 def test_the_bound_held_on_scenes_that_it_was_not_made_from():
-    rows = calibration.read(RESULTS)
-    held_out = [r for r in calibration.judged(rows, auto.model()) if r["set"] == "held out"]
+    table = read(RESULTS)
+    held_out = [r for r in calibration.judged(table, auto.model()) if r["set"] == "held out"]
     assert sum(row["accepted"] for row in held_out) > 50
     assert sum(row["kept"] for row in held_out) >= 0.95 * sum(r["accepted"] for r in held_out)
 
@@ -199,6 +199,4 @@ def test_calibration_goes_on_where_it_stopped(tmp_path, monkeypatch):
     first = path.read_text()
     calibration.collect(tmp_path, path, counts, "python -m lixel.calibration")
     assert path.read_text() == first
-    with path.open(newline="") as file:
-        methods = [row["method"] for row in csv.DictReader(file)]
-    assert methods == ["lispsm"] * 4 + ["exact", "ray_traced"]
+    assert read(path)["method"].tolist() == ["lispsm"] * 4 + ["exact", "ray_traced"]

@@ -5,11 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 import lixel as lx
-from lixel.lab import peers as bench
+from lixel.lab.result_tables import read
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = sorted((DOCS / "pages").glob("**/*.md"))
@@ -35,19 +34,8 @@ def test_examples_run(path, tmp_path):
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
 
-@pytest.mark.parametrize("path", sorted((DOCS / "results").glob("*.csv")), ids=lambda p: p.stem)
-def test_results_name_device_date_and_command(path):
-    table = pd.read_csv(path)
-    assert (
-        table[["device", "driver", "date", "command", "gpu_ms", "repeats"]].notna().all(axis=None)
-    )
-    assert table["command"].str.startswith("lixel bench ").all()
-    assert set(table["method"]) <= set(lx.METHODS)
-
-
 def test_the_table_of_methods_is_what_the_demo_measured():
-    table = pd.read_csv(DOCS / "results" / "demo" / "llvmpipe.csv")
-    assert table[["device", "driver", "date", "command"]].notna().all(axis=None)
+    table = read(DOCS / "results" / "demo" / "llvmpipe.csv")
     measured = [
         f"| {row['GPU ms']:,.0f} | {row['misclassified']:,} | {row['% of covered']:.2f} | "
         f"{row['false shadow']:,} |"
@@ -58,17 +46,6 @@ def test_the_table_of_methods_is_what_the_demo_measured():
         r"^\| `([^`]+)` \| [^|]+ (\| .* \| .* \| .* \| .* \|)$", readme, re.MULTILINE
     )
     assert shown == list(zip(table["method"], measured, strict=True))
-
-
-@pytest.mark.parametrize(
-    "path", sorted((DOCS / "results" / "peers").glob("*.csv")), ids=lambda p: p.stem
-)
-def test_results_of_peers_name_versions_device_date_and_command(path):
-    table = pd.read_csv(path)
-    assert table[["version", "device", "driver", "date", "command"]].notna().all(axis=None)
-    assert table["command"].str.startswith("lixel bench ").all()
-    assert table["command"].str.contains(" --peers ").all()
-    assert set(table["renderer"][1:]) <= set(bench.PEERS)
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):

@@ -2,9 +2,8 @@
 
 import math
 
-import pandas as pd
-
 from lixel.lab import growth
+from lixel.lab.result_tables import read
 
 
 def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatch, capsys):
@@ -14,7 +13,7 @@ def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatc
     monkeypatch.setattr(growth, "SUBDIVISION", 0)
     monkeypatch.setattr(growth, "SIZE", (32, 20))
     growth.main(["--repeats", "1", "-o", str(path)])
-    table = pd.read_csv(path)
+    table = read(path)
     assert list(table["method"]) == list(growth.METHODS) * 4
     by = dict(iter(table.groupby(["grows", "method"], sort=False)))
     triangles, pixels = by["triangles", "exact"], by["pixels", "exact"]
@@ -28,5 +27,5 @@ def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatc
     plain = by["pixels", "exact without a warp"]["longest list"]
     assert (pixels["longest list"].to_numpy() <= plain.to_numpy()).all()
     assert (table.loc[table["method"] != "desired_view", "misclassified"] == 0).all()
-    assert table["command"].eq("python -m lixel.growth").all()
+    assert table.attrs["command"] == "python -m lixel.growth"
     assert "exponent" in capsys.readouterr().out

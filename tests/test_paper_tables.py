@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import numpy as np
@@ -12,6 +11,9 @@ import lixel as lx
 from lixel import scenes
 from lixel.lab import papers
 from lixel.lab.papers import chong_gortler
+from lixel.lab.result_tables import read
+
+HEADER = 5  # what made a table, and the names of its columns
 
 
 def test_lights_are_the_same_at_every_call_and_come_from_above():
@@ -64,10 +66,10 @@ def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp
         assert set(fits) < set(chong_gortler.methods(200))
     path = tmp_path / "chong-1.csv"
     whole = path.read_text()
-    assert len(whole.splitlines()) == 1 + 2 * len(chong_gortler.methods(200))
+    assert len(whole.splitlines()) == HEADER + 2 * len(chong_gortler.methods(200))
     # The second light is lost and measured again, the first is not.
     lines = whole.splitlines(keepends=True)
-    path.write_text("".join(lines[: 1 + len(chong_gortler.methods(200))]))
+    path.write_text("".join(lines[: HEADER + len(chong_gortler.methods(200))]))
     truths = []
 
     def reference(*view):
@@ -86,11 +88,10 @@ def test_another_scene_is_seen_by_the_camera_of_its_views(tmp_path, capsys):
     (tmp_path / "views.json").write_text(json.dumps({"cameras": [camera]}))
     given = ["--scene", "plane_and_box", "--views", str(tmp_path / "views.json")]
     chong_gortler.main([*given, "--quick", "--lights", "1", "-o", str(tmp_path)])
-    with (tmp_path / "chong-1.csv").open() as file:
-        rows = list(csv.DictReader(file))
+    table = read(tmp_path / "chong-1.csv")
     # From so high it is small.
-    assert all(0 < int(row["covered"]) < 1000 for row in rows)
-    assert rows[0]["command"].endswith("--scene plane_and_box --views views.json --quick")
+    assert table["covered"].between(1, 999).all()
+    assert table.attrs["command"].endswith("--scene plane_and_box --views views.json --quick")
     with pytest.raises(SystemExit):
         chong_gortler.main(given[2:])
     assert "--views must come with --scene" in capsys.readouterr().err

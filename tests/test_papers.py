@@ -2,13 +2,13 @@
 
 import dataclasses
 
-import pandas as pd
 import pytest
 
 import lixel as lx
 from lixel import cli
 from lixel.lab import papers
 from lixel.lab.papers import Row, SubstituteScene
+from lixel.lab.result_tables import read
 
 SMALL = {
     "size": (128, 96),
@@ -65,7 +65,7 @@ def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
     assert [row["paper, ratio"] for row in rows] == [2.5, 1.0, 0.75, 3.0, 1.0, 4.0]
     assert [row["paper, ms"] for row in rows] == ["5", "2", "1-2", "6", "1-3", "8"]
     assert rows[2]["ours"] == "rtw 128²"
-    measured = pd.read_csv(tmp_path / "small.csv")
+    measured = read(tmp_path / "small.csv")
     ms = measured.assign(ms=measured["gpu_ms"] - measured["pass_ms.visibility"])
     ms = ms.groupby(["scene", "method"])["ms"].median()
     assert rows[2]["ours, ratio"] == pytest.approx(ms["A", "rtw"] / ms["A", "uniform"])
@@ -78,7 +78,7 @@ def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
     assert "So it is." in out
     # What was measured is kept.
     papers.run(folder=tmp_path, repeats=2)
-    assert pd.read_csv(tmp_path / "small.csv").equals(measured)
+    assert read(tmp_path / "small.csv").equals(measured)
 
 
 def test_stages_are_shares_of_the_frame(with_tables):

@@ -230,4 +230,4 @@ def test_the_command_prints_the_table(capsys, tmp_path):
     line = ["stress", "--flicker", "--quick", "--method", "uniform", "--method", "exact"]
     assert cli.main([*line, "-o", str(path)]) == 0
     assert "flicker" in capsys.readouterr().out
-    assert len(path.read_text(encoding="utf-8").splitlines()) == 7
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 4 + 7

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import lixel as lx
 from lixel import cli
 from lixel.lab import stress
+from lixel.lab.result_tables import read
 
 CASES = stress.cases()
 MAPS = [name for name in lx.METHODS if name not in stress.WITHOUT_MAP]
@@ -98,8 +98,8 @@ def test_command(capsys, tmp_path):
     options = ["--quick", "--family", "image", "--method", "exact", "--method", "uniform"]
     assert cli.main(["stress", *options, "-o", str(table)]) == 0
     assert "uniform" in capsys.readouterr().out
-    read = pd.read_csv(table)
-    assert set(read["method"]) == {"exact", "uniform"}
-    assert (read.loc[read["method"] == "exact", "wrong"] == 0).all()
+    found = read(table)
+    assert set(found["method"]) == {"exact", "uniform"}
+    assert (found.loc[found["method"] == "exact", "wrong"] == 0).all()
     assert cli.main(["stress", "-o", "table.txt"]) == 2
     assert "output must end in .csv or .parquet" in capsys.readouterr().err

@@ -25,10 +25,10 @@ from .lab import demo, flicker, papers, stress
 from .lab import peers as bench
 from .lab.options import image_size, method_with, parameter
 from .lab.report import milliseconds, say, table
-from .lab.result_tables import provenance
+from .lab.result_tables import check_table_path, provenance
+from .lab.result_tables import save as save_table
 from .lab.result_tables import write as write_rows
-from .lab.study import check_table_path, study
-from .lab.study import save as save_table
+from .lab.study import study
 from .lab.study import summary as study_summary
 from .lab.views import SIZE, scene_and_views
 from .light import Light
@@ -288,9 +288,9 @@ def _info(_: argparse.Namespace) -> None:
 
 
 def _demo(options: argparse.Namespace) -> None:
-    # Now, rather than after the work.
-    if options.output is not None and options.output.suffix.lower() != ".csv":
-        raise ValueError(f"output must end in .csv, got {str(options.output)!r}")
+    if options.output is not None:
+        # Now, rather than after the work.
+        check_table_path("output", options.output)
     rows = demo.run(options.out, *options.size)
     if options.output is not None:
         write_rows(options.output, options.line, rows)

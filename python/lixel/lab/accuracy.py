@@ -14,14 +14,13 @@ on where the last one stopped.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import shlex
 import sys
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -42,18 +41,15 @@ from .peers import ray_offset
 from .random_views import random_lights
 from .report import progress, say
 from .report import table as as_text
-from .result_tables import append, provenance, read
+from .result_tables import append, check_table_path, read, resume
 from .views import Views
+
+if TYPE_CHECKING:
+    import pandas
 
 METHODS = ("exact", "ray_traced", "shadow_volumes")
 KINDS = {"directional": DirectionalLight, "point": PointLight, "spot": SpotLight}
 EMBREE = "embree float32"
-
-COLUMNS = (
-    "scene", "camera", "light", "light_kind", "width", "height", "triangles", "method", "covered",
-    "ties", "misclassified", "false_lit", "false_shadow", "device", "driver", "date", "command",
-    "error",
-)  # fmt: skip
 
 SEED = 6
 
@@ -192,8 +188,8 @@ def run(
     shadow_edges: bool = False,
 ) -> None:
     """Judge what the table does not have yet, and append it."""
-    done = {(row["scene"], row["camera"], row["light"]) for row in read(output, command)}
-    append(output, COLUMNS, [])
+    before = resume(output, command)
+    done = {(row["scene"], str(row["camera"]), str(row["light"])) for row in before}
     chosen = {text: method_of(text) for text in methods or METHODS}
     for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
         name = Path(entry["file"]).stem
@@ -215,40 +211,32 @@ def run(
                 "width": camera.width,
                 "height": camera.height,
                 "triangles": scene.triangle_count,
-                **provenance(command),
             }
             rows = [
                 {**shared, "method": method, **counts}
                 for method, counts in judge(scene, camera, light, chosen, embree)
             ]
-            # A view is written whole or not at all.
-            append(output, COLUMNS, rows)
+            # A view is written whole or not at all; a light that no method is made for has no row.
+            if rows:
+                append(output, command, rows)
 
 
-def summary(path: Path) -> list[dict[str, Any]]:
+def summary(table: pandas.DataFrame) -> pandas.DataFrame:
     """Sums by scene and method: views, those that the device could not do, covered pixels, wrong
     ones, and the most in one view."""
-    sums: dict[tuple[str, str], dict[str, Any]] = {}
-    with path.open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            for scene in (row["scene"], "all"):
-                of_scene = sums.setdefault(
-                    (scene, row["method"]),
-                    {"scene": scene, "method": row["method"], "views": 0, "failed": 0, "covered": 0,
-                     "ties": 0, "wrong": 0, "most": 0, "false lit": 0, "false shadow": 0},
-                )  # fmt: skip
-                if row["error"]:
-                    of_scene["failed"] += 1
-                    continue
-                wrong = int(row["misclassified"])
-                of_scene["views"] += 1
-                of_scene["covered"] += int(row["covered"])
-                of_scene["ties"] += int(row["ties"])
-                of_scene["wrong"] += wrong
-                of_scene["most"] = max(of_scene["most"], wrong)
-                of_scene["false lit"] += int(row["false_lit"])
-                of_scene["false shadow"] += int(row["false_shadow"])
-    return sorted(sums.values(), key=lambda row: row["scene"] == "all")
+    whole = needs("pandas", "study").concat([table, table.assign(scene="all")])
+    groups = whole.groupby(["scene", "method"], sort=False)
+    sums = groups.agg(
+        views=("misclassified", "count"),
+        failed=("misclassified", lambda wrong: wrong.isna().sum()),
+        covered=("covered", "sum"),
+        ties=("ties", "sum"),
+        wrong=("misclassified", "sum"),
+        most=("misclassified", "max"),
+        false_lit=("false_lit", "sum"),
+        false_shadow=("false_shadow", "sum"),
+    )
+    return sums.convert_dtypes().reset_index()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -284,6 +272,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.csv")
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = parser.parse_args(given)
+    check_table_path("output", options.output)
     if options.random < 0:
         parser.error(f"--random must not be negative, got {options.random}")
     # The folder's name, not where it lies on this machine.
@@ -305,7 +294,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         say("accuracy: stopped; the same command goes on")
         return 1
-    print(as_text(summary(options.output)))
+    if options.output.exists():
+        print(as_text(summary(read(options.output)).to_dict("records")))
     return 0
 
 

@@ -9,14 +9,15 @@ seen, tell how well it holds. Rows are appended view by view, so a run that was 
 from __future__ import annotations
 
 import argparse
-import csv
+import itertools
 import json
+import math
 import shlex
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,8 +34,11 @@ from ..scenes import GENERATORS
 from .random_views import random_camera, random_lights
 from .report import progress
 from .report import table as as_text
-from .result_tables import append, provenance
+from .result_tables import append, read, resume
 from .views import Views
+
+if TYPE_CHECKING:
+    import pandas
 
 GENERATED: dict[str, dict[str, Any]] = {
     "plane_and_box": {},
@@ -52,14 +56,6 @@ SIZES = ((480, 270), (640, 360), (960, 540))
 QUANTILE = 0.98
 # Differing pixels that are added, so that the bound of maps that do not differ is not zero.
 SLACK = 3
-
-COLUMNS = (
-    "set", "scene", "view", "width", "height", "triangles", "light", "method", "resolution",
-    "layers", "covered", "differing", "misclassified", "gpu_ms", "visibility_ms", "build_ms",
-    "device", "driver", "date", "command",
-)  # fmt: skip
-
-Row = Mapping[str, str]
 
 
 def scenes(folder: Path) -> Iterator[tuple[str, str, Scene, list[Camera]]]:
@@ -120,11 +116,9 @@ def measure(scene: Scene, camera: Camera, light: Light) -> Iterator[dict[str, An
 
 def collect(folder: Path, output: Path, counts: Mapping[str, int], command: str) -> None:
     """Measure the views that the table does not have yet, and append them."""
-    if not output.exists():
-        append(output, COLUMNS, [])
-    done = {(row["set"], row["scene"], row["view"]) for row in read(output)}
+    done = {(row["set"], row["scene"], row["view"]) for row in resume(output, command)}
     for place, (of_set, name, scene, cameras) in enumerate(scenes(folder)):
-        numbers = [n for n in range(counts[of_set]) if (of_set, name, str(n)) not in done]
+        numbers = [n for n in range(counts[of_set]) if (of_set, name, n) not in done]
         for number in progress(numbers, name):
             camera, light = view_of(scene, cameras, (2, place), number)
             shared = {
@@ -135,49 +129,35 @@ def collect(folder: Path, output: Path, counts: Mapping[str, int], command: str)
                 "height": camera.height,
                 "triangles": scene.triangle_count,
                 "light": type(light).__name__,
-                **provenance(command),
             }
             rows = [{**shared, **row} for row in measure(scene, camera, light)]
-            append(output, COLUMNS, rows)
+            append(output, command, rows)
 
 
-def read(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def fit(rows: Sequence[Row]) -> dict[str, Any]:
+def fit(table: pandas.DataFrame) -> dict[str, Any]:
     """The model, from the generated scenes."""
-    rows = [row for row in rows if row["set"] == "generated"]
-    pairs = [row for row in rows if row["differing"]]
-    shares = [int(row["misclassified"]) / (int(row["differing"]) + SLACK) for row in pairs]
+    generated = table[table["set"] == "generated"]
+    pairs = generated[generated["differing"].notna()]
+    shares = pairs["misclassified"] / (pairs["differing"] + SLACK)
     # How the difference falls from one pair of maps to the next finer one.
-    by_view: dict[tuple[str, str], dict[int, int]] = defaultdict(dict)
-    for row in pairs:
-        by_view[row["scene"], row["view"]][int(row["resolution"])] = int(row["differing"])
-    falls = [
-        (of_view[2 * n] + SLACK) / (of_view[n] + SLACK)
-        for of_view in by_view.values()
-        for n in of_view
-        if 2 * n in of_view
-    ]
+    falls = []
+    for _, view in pairs.groupby(["scene", "view"]):
+        by_size = dict(zip(view["resolution"], view["differing"] + SLACK, strict=True))
+        falls += [by_size[2 * n] / by_size[n] for n in by_size if 2 * n in by_size]
     times = defaultdict(list)
-    for row in rows:
+    for row in generated.to_dict("records"):
         kind = "sun" if row["light"] == "DirectionalLight" else "lamp"
-        of_all_lights = row["method"] == "ray_traced"
-        key = row["method"] if of_all_lights else f"{row['method']}, {kind}"
-        times[key].append((_features(row), float(row["gpu_ms"])))
-        if row["visibility_ms"]:
-            known = auto.features(int(row["triangles"]), _pixels(row), None)
-            times["visibility"].append((known, float(row["visibility_ms"])))
-    build = [
-        float(row["build_ms"]) / (1e-6 * int(row["triangles"])) for row in rows if row["build_ms"]
-    ]
+        by_rays = row["method"] == "ray_traced"
+        size = row["triangles"], row["width"] * row["height"]
+        resolution = None if math.isnan(row["resolution"]) else int(row["resolution"])
+        features = auto.features(*size, resolution, by_rays=by_rays)
+        key = row["method"] if by_rays else f"{row['method']}, {kind}"
+        times[key].append((features, row["gpu_ms"]))
+        if not math.isnan(row["visibility_ms"]):
+            times["visibility"].append((auto.features(*size, None), row["visibility_ms"]))
+    build = generated["build_ms"] / (1e-6 * generated["triangles"])
     return {
-        "device": rows[0]["device"],
-        "driver": rows[0]["driver"],
-        "date": rows[0]["date"],
-        "command": rows[0]["command"],
+        **table.attrs,
         "error": {
             "share": round(float(np.quantile(shares, QUANTILE)), 4),
             "slack": SLACK,
@@ -186,19 +166,9 @@ def fit(rows: Sequence[Row]) -> dict[str, Any]:
         # Of `auto.features`; "build" of millions of triangles.
         "ms": {
             **{key: _least_squares(samples) for key, samples in sorted(times.items())},
-            "build": [round(float(np.median(build)), 4)],
+            "build": [round(float(build.median()), 4)],
         },
     }
-
-
-def _pixels(row: Row) -> int:
-    return int(row["width"]) * int(row["height"])
-
-
-def _features(row: Row) -> list[float]:
-    resolution = int(row["resolution"]) if row["resolution"] else None
-    by_rays = row["method"] == "ray_traced"
-    return auto.features(int(row["triangles"]), _pixels(row), resolution, by_rays=by_rays)
 
 
 def _least_squares(samples: Sequence[tuple[Sequence[float], float]]) -> list[float]:
@@ -217,32 +187,29 @@ def _least_squares(samples: Sequence[tuple[Sequence[float], float]]) -> list[flo
     return [round(float(value), 4) for value in coefficients]
 
 
-def judged(rows: Iterable[Row], model: Mapping[str, Any]) -> list[dict[str, Any]]:
+def judged(table: pandas.DataFrame, model: Mapping[str, Any]) -> list[dict[str, Any]]:
     """How often the bound of two maps held, for each set and each error that may be asked for."""
     share, slack = model["error"]["share"], model["error"]["slack"]
-    pairs = [row for row in rows if row["differing"]]
-    told = []
-    for of_set in ("generated", "held out"):
-        for most in (0.0003, 0.001, 0.003, 0.01, 0.03):
-            accepted = [
-                int(row["misclassified"]) / int(row["covered"])
-                for row in pairs
-                if row["set"] == of_set
-                and share * (int(row["differing"]) + slack) <= most * int(row["covered"])
-            ]
-            kept = sum(error <= most for error in accepted)
-            told.append(
-                {
-                    "set": of_set,
-                    "max_error": f"{most:g}",
-                    "pairs": sum(row["set"] == of_set for row in pairs),
-                    "accepted": len(accepted),
-                    "kept": kept,
-                    "kept %": 100.0 * kept / max(len(accepted), 1),
-                    "worst, times max_error": max(accepted, default=0.0) / most,
-                }
-            )
-    return told
+    pairs = table[table["differing"].notna()]
+    rows = []
+    for (of_set, of_pairs), most in itertools.product(
+        pairs.groupby("set"), (0.0003, 0.001, 0.003, 0.01, 0.03)
+    ):
+        is_accepted = share * (of_pairs["differing"] + slack) <= most * of_pairs["covered"]
+        errors = (of_pairs["misclassified"] / of_pairs["covered"])[is_accepted]
+        kept = int((errors <= most).sum())
+        rows.append(
+            {
+                "set": of_set,
+                "max_error": f"{most:g}",
+                "pairs": len(of_pairs),
+                "accepted": len(errors),
+                "kept": kept,
+                "kept %": 100.0 * kept / max(len(errors), 1),
+                "worst, times max_error": errors.max() / most if len(errors) else 0.0,
+            }
+        )
+    return rows
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -265,10 +232,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = f"python -m lixel.calibration {shlex.join(told)}"
     counts = {"generated": options.generated, "held out": options.held_out}
     collect(options.folder, options.output, counts, command)
-    rows = read(options.output)
-    model = fit(rows)
+    table = read(options.output)
+    model = fit(table)
     print(json.dumps(model, indent=2))
-    print(as_text(judged(rows, model)))
+    print(as_text(judged(table, model)))
     if options.write:
         path = Path(auto.__file__).with_name("auto_model.json")
         path.write_text(json.dumps(model, indent=2) + "\n", encoding="utf-8")

@@ -19,8 +19,8 @@ from ..arguments import needs
 from ..methods import DesiredView, Exact, Method, RayTraced
 from .report import say
 from .report import table as as_text
-from .result_tables import provenance
-from .study import check_table_path, save, study
+from .result_tables import check_table_path, provenance, save
+from .study import study
 
 if TYPE_CHECKING:
     import pandas
@@ -114,7 +114,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     found = growth(options.repeats, options.journal)
     print(as_text(found.to_dict("records")))
     if options.output is not None:
-        options.output.parent.mkdir(parents=True, exist_ok=True)
         save(found.assign(**provenance("python -m lixel.growth")), options.output)
         say(f"wrote {options.output}")
 

@@ -159,25 +159,6 @@ def study(
     return table
 
 
-def save(table: pandas.DataFrame, path: str | Path) -> None:
-    """Write a table as .csv or .parquet.
-
-    Raises
-    ------
-    ValueError
-        Another ending.
-    ImportError
-        pyarrow is missing; the extra ``study`` has it.
-    """
-    target = Path(path)
-    check_table_path("path", target)
-    if target.suffix.lower() == ".csv":
-        table.to_csv(target, index=False)
-    else:
-        needs("pyarrow", "study")
-        table.to_parquet(target, index=False)
-
-
 def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dict[str, Any]]:
     """The columns to look at first and those of some parameters, as rows for a text table."""
     whole = {
@@ -210,12 +191,6 @@ def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dic
         }
         for row in table.to_dict("records")
     ]
-
-
-def check_table_path(name: str, path: Path) -> None:
-    """Refuses endings other than those of tables."""
-    if path.suffix.lower() not in (".csv", ".parquet"):
-        raise ValueError(f"{name} must end in .csv or .parquet, got {str(path)!r}")
 
 
 # --- Cases ---

@@ -25,7 +25,8 @@ from ...light import Light, PointLight
 from ...methods import Method, method_from
 from ...scenes import GENERATORS
 from ..report import say, table
-from ..study import save, study
+from ..result_tables import save
+from ..study import study
 from . import chong_gortler
 
 if TYPE_CHECKING:

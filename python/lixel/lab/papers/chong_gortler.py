@@ -27,7 +27,6 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import needs
 from ...camera import Camera
 from ...compare import compare
 from ...frame import render, render_shadows
@@ -50,8 +49,7 @@ from ...scene import Scene
 from ...scenes import objects_on_floor
 from ..report import progress, say
 from ..report import table as as_text
-from ..result_tables import append, provenance, read
-from ..study import save
+from ..result_tables import append, resume, write
 from ..views import scene_and_views
 
 SEED = 2007
@@ -177,14 +175,13 @@ def misclassified(
     rows = methods(resolution)
     chosen = lights(count or (25 if quick else 500))
     path = None if folder is None else folder / "chong-1.csv"
-    before = [] if path is None else read(path, command)
+    before = [] if path is None else resume(path, command)
     known = {(int(row["light"]), row["method"]): int(row["wrong"]) for row in before}
     wrong = np.zeros((len(rows), len(chosen)))
     for column, light in enumerate(progress(chosen, "lights")):
         missing = [name for name in rows if (column, name) not in known]
         if missing:
             truth = reference(scene, camera, light)
-            said = provenance(command)
             measured: list[dict[str, Any]] = []
             for name in missing:
                 found = compare(render_shadows(scene, camera, light, rows[name]), truth)
@@ -195,11 +192,10 @@ def misclassified(
                         "method": name,
                         "wrong": found.misclassified_count,
                         "covered": found.covered_count,
-                        **said,
                     }
                 )
             if path is not None:
-                append(path, list(measured[0]), measured)
+                append(path, command, measured)
         wrong[:, column] = [known[column, name] for name in rows]
     names = list(rows)
     return [*summary(names, wrong), *layout(names, wrong)]
@@ -343,10 +339,7 @@ def _medians(
 
 def _save(rows: Sequence[Mapping[str, Any]], folder: Path | None, name: str) -> None:
     if folder is not None:
-        pandas = needs("pandas", "study")
-        folder.mkdir(parents=True, exist_ok=True)
-        said = provenance(f"lixel papers {name}")
-        save(pandas.DataFrame(rows).assign(**said), folder / f"{name}.csv")
+        write(folder / f"{name}.csv", f"lixel papers {name}", rows)
 
 
 def say_rows(rows: Sequence[Mapping[str, Any]]) -> None:
