@@ -9,11 +9,14 @@ import os
 import pkgutil
 import subprocess
 import sys
+import tarfile
+from pathlib import Path
 
 import pytest
 
 import lixel as lx
 
+ROOT = Path(__file__).parents[1]
 MODULES = [m.name for m in pkgutil.iter_modules(lx.__path__) if m.name not in ("_core", "__main__")]
 
 
@@ -54,6 +57,18 @@ def test_a_server_without_a_desktop_gets_no_complaints():
         env={name: value for name, value in os.environ.items() if name not in desktop},
     )
     assert (ran.stdout, ran.stderr) == ("", "")
+
+
+def test_the_source_distribution_is_small_and_has_no_results(tmp_path):
+    command = [sys.executable, "-m", "maturin", "sdist", "-o", str(tmp_path)]
+    subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    (archive,) = tmp_path.iterdir()
+    assert archive.stat().st_size < 2_000_000
+    with tarfile.open(archive) as packed:
+        names = {name.partition("/")[2] for name in packed.getnames()}
+    assert {"Cargo.lock", "pyproject.toml", "README.md", "src/lib.rs"} <= names
+    assert {p.relative_to(ROOT).as_posix() for p in (ROOT / "shaders").rglob("*.wgsl")} <= names
+    assert not [name for name in names if name.startswith(("docs/", "notebooks/"))]
 
 
 def test_info_is_readable():
