@@ -6,10 +6,9 @@ use crate::bvh::{Bvh, Everything};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::gpu;
-use crate::gpu::passes::caster_tests;
-use crate::gpu::passes::work_items::Counters;
+use crate::gpu::passes::LABELS;
 use crate::light::Light;
-use crate::methods::{Array, Method, OldMap, Parameters, Value};
+use crate::methods::{Array, Method, OldMap, Parameters, Value, scene_optimized};
 use crate::reference::{self, Reference};
 use crate::render::{MAX_TOGETHER, Outputs, Rendered, SceneCache, Stats, render as render_frames};
 use crate::scene::Scene;
@@ -355,16 +354,24 @@ fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
 }
 
 #[pyfunction]
+fn labels() -> Vec<&'static str> {
+    let stages = [scene_optimized::LABEL];
+    LABELS.iter().copied().chain(stages).collect()
+}
+
+#[pyfunction]
+#[pyo3(signature = (scene, camera, light, method, parameters, outputs, *, culling=true))]
 fn render<'py>(
-    py: Python<'py>,
     scene: &PyScene,
     camera: &PyCamera,
     light: &PyLight,
     method: &str,
     parameters: &Bound<'py, PyDict>,
     outputs: Vec<String>,
+    culling: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     check_process()?;
+    let py = parameters.py();
     let method = method_from_python(method, parameters)?;
     let asks_for = |name: &str| outputs.iter().any(|output| output == name);
     let asks_for_aliasing = asks_for("aliasing_error");
@@ -377,6 +384,7 @@ fn render<'py>(
             || asks_for_aliasing
             || asks_for_largest
             || asks_for("max_effective_resolution"),
+        without_culling: !culling,
     };
     let (camera, light) = (&camera.0, &light.0);
     let (rendered, aliasing_error, largest_aliasing_error, effective_resolution) =
@@ -634,40 +642,10 @@ fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, P
     result.set_item("degenerate_triangles", stats.degenerate_triangles)?;
     result.set_item("layers", stats.layers)?;
     result.set_item("skipped_layers", stats.skipped_layers)?;
-    let mut labels: Vec<_> = stats.rasterized.iter().map(|(label, _)| *label).collect();
-    labels.dedup();
-    for label in labels {
-        // Summed over layers.
-        let of_label = || stats.rasterized.iter().filter(|(known, _)| *known == label);
-        let sum = |value: fn(&Counters) -> u32| -> usize {
-            of_label()
-                .map(|(_, counters)| value(counters) as usize)
-                .sum()
-        };
-        let (outside, behind) = (sum(|c| c.outside), sum(|c| c.behind));
+    for (label, facts) in &stats.facts.0 {
         let pass = PyDict::new(py);
-        let triangles = |counters: &Counters| match counters.is_linear {
-            0 => stats.triangles,
-            _ => counters.pieces as usize,
-        };
-        let all: usize = of_label().map(|(_, counters)| triangles(counters)).sum();
-        pass.set_item("rasterized", all - outside - behind)?;
-        pass.set_item("culled_outside", outside)?;
-        pass.set_item("culled_by_depth", behind)?;
-        pass.set_item("work_items", sum(|c| c.items))?;
-        pass.set_item("coarse_items", sum(|c| c.coarse_items))?;
-        if label != caster_tests::LABEL {
-            pass.set_item("hidden_items", sum(|c| c.hidden))?;
-        }
-        result.set_item(label, pass)?;
-    }
-    for (label, facts) in &stats.facts {
-        let pass = match result.get_item(label)? {
-            Some(pass) => pass.cast_into()?,
-            None => PyDict::new(py),
-        };
-        for (name, value) in facts {
-            pass.set_item(name, value)?;
+        for fact in facts {
+            pass.set_item(fact.name, fact.value)?;
         }
         result.set_item(label, pass)?;
     }
@@ -749,6 +727,7 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<PyCamera>()?;
     module.add_class::<PyLight>()?;
     module.add_function(wrap_pyfunction!(methods, module)?)?;
+    module.add_function(wrap_pyfunction!(labels, module)?)?;
     module.add_function(wrap_pyfunction!(render, module)?)?;
     module.add_function(wrap_pyfunction!(render_visibility, module)?)?;
     module.add_function(wrap_pyfunction!(surface, module)?)?;

@@ -4,8 +4,7 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::frame::{Frame, Read, Source, Timings};
 use crate::gpu::passes::rasterize::Target;
-use crate::gpu::passes::work_items::{Counters, had_room};
-use crate::gpu::passes::{Facts, Inputs, shadow_map, visibility};
+use crate::gpu::passes::{FactsOfPasses, Inputs, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
@@ -15,13 +14,15 @@ use crate::scene::Scene;
 use crate::warp::Warp;
 use std::sync::{Arc, Mutex};
 
-/// What is read back beside the visibility image.
+/// What is read back beside the visibility image, and how it is made.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Outputs {
     pub triangle_id: bool,
     pub shadow_map: bool,
     pub importance_map: bool,
     pub warp_map: bool,
+    /// Whether nothing is left out, not even what cannot change a picture.
+    pub without_culling: bool,
 }
 
 /// A rendered frame.
@@ -52,10 +53,8 @@ pub struct RenderedLayer {
 pub struct Stats {
     pub triangles: usize,
     pub degenerate_triangles: usize,
-    /// Of each rasterized map, by the label of its pass.
-    pub rasterized: Vec<(&'static str, Counters)>,
-    /// Of other passes, by their labels.
-    pub facts: Vec<(&'static str, Facts)>,
+    /// Of passes, by their labels.
+    pub facts: FactsOfPasses,
     /// Where a method counts them.
     pub receivers: Option<ReceiverCounts>,
     /// Stages that this frame did not need.
@@ -186,7 +185,7 @@ fn try_render(
     outputs: Outputs,
 ) -> Result<Option<Vec<Rendered>>> {
     let gpu = device_scene.gpu.clone();
-    let mut frames = Frame::together(&gpu, lights.len());
+    let mut frames = Frame::together(&gpu, lights.len(), !outputs.without_culling);
     let inputs = Inputs {
         scene: &device_scene.tables,
         camera,
@@ -194,8 +193,8 @@ fn try_render(
     let known = device_scene
         .visibility
         .take()
-        .filter(|(known, _)| known == camera && gpu::culling_is_on());
-    let (visibility_buffer, mut counters) = match known {
+        .filter(|(known, _)| known == camera && !outputs.without_culling);
+    let (visibility_buffer, mut work) = match known {
         Some((_, buffer)) => (buffer, None),
         None => {
             let first = &mut frames[0];
@@ -203,7 +202,7 @@ fn try_render(
             if lights.len() > 1 {
                 first.send();
             }
-            (rasterized.texels, Some(rasterized.counters))
+            (rasterized.texels, Some(rasterized.work))
         }
     };
     let views: Vec<_> = frames
@@ -213,8 +212,8 @@ fn try_render(
             let draws_whole_maps = outputs.shadow_map;
             let buffer = &visibility_buffer;
             let mut view = View::new(frame, inputs, scene, light, buffer, draws_whole_maps);
-            match counters.take() {
-                Some(counters) => view.keep_counters(visibility::LABEL, counters),
+            match work.take() {
+                Some(work) => view.keep_work(work),
                 None => view.skip(visibility::LABEL),
             }
             view
@@ -311,8 +310,8 @@ fn record(
     }
     let results = view.submit()?;
     let finished = view.finish();
-    for (label, counters) in &finished.counters {
-        if !had_room(&gpu, tables, label, counters)? {
+    for (had_room, counters) in &finished.counters {
+        if !had_room(&gpu, tables, counters)? {
             return Ok(None);
         }
     }
@@ -369,7 +368,6 @@ fn record(
         stats: Stats {
             triangles: scene.triangles().len(),
             degenerate_triangles: scene.degenerate_count(),
-            rasterized: finished.counters,
             facts: finished.facts,
             receivers: finished.receiver_counts,
             skipped: finished.skipped,
@@ -466,16 +464,17 @@ mod tests {
         assert!((200..5000).contains(&in_shadow), "{in_shadow}");
         let cached = lock(&cache.0);
         let tables = &cached.as_ref().unwrap().tables;
-        tables.caster_parts.store(5, Ordering::Relaxed);
+        tables.room.caster_parts.store(5, Ordering::Relaxed);
         drop(cached);
         let parted = render();
         let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&parted.visibility), bits(&whole.visibility));
         // Each part lists fewer.
         let items = |rendered: &Rendered| {
-            let of_pass = rendered.stats.rasterized.iter();
-            let of_pass = of_pass.filter(|(label, _)| *label == "caster tests");
-            of_pass.map(|(_, counters)| counters.items).sum::<u32>()
+            let mut passes = rendered.stats.facts.0.iter();
+            let of_pass = passes.find(|(label, _)| *label == "caster tests");
+            let mut facts = of_pass.unwrap().1.iter();
+            facts.find(|fact| fact.name == "work_items").unwrap().value
         };
         assert!(2 * items(&parted) < items(&whole) + 2);
     }

@@ -13,7 +13,7 @@ from lixel.methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
 
 @pytest.mark.parametrize("lookup", ["depth", "triangle_5x5", "auto", lx.Pcf(radius=20)], ids=str)
 @pytest.mark.parametrize("method", [*MAP_METHODS, *OMNIDIRECTIONAL_METHODS])
-def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup, monkeypatch):
+def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup):
     """Few receivers, many texels apart: none stands in for another."""
     scene = lx.scenes.objects_on_floor(count=16, subdivisions=2)
     camera = lx.Camera.look_at((2, 3, 6), (1, 0, 0), yfov=0.5, width=60, height=40)
@@ -25,9 +25,9 @@ def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup, monkeypa
         whole = lx.render(scene, camera, light, chosen)
         expected = whole.visibility.tobytes()
         assert part["visibility"].tobytes() == expected
-        monkeypatch.setenv("LIXEL_SKIP_NOTHING", "1")
-        assert lx.render_shadows(scene, camera, light, chosen).tobytes() == expected
-        monkeypatch.delenv("LIXEL_SKIP_NOTHING")
+        outputs = ("visibility",)
+        drawn = render_outputs(scene, camera, light, chosen, outputs, culling=False)[1]
+        assert drawn["visibility"].tobytes() == expected
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup, monkeypa
     ],
     ids=["high-64", "high-512", "low-64", "low-256", "lamp-128"],
 )
-def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count, monkeypatch):
+def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count):
     """The lookup goes on across tears, and triangles hide what lies behind them in whole tiles."""
     fit = "desired_view" if isinstance(light, lx.DirectionalLight) else "cube"
     for subdivisions, width, height in ((2, 60, 40), (4, 96, 64)):
@@ -52,10 +52,9 @@ def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count, monkeyp
                 fit=fit, lookup=lookup, resolution=1024, function_count=function_count, smoothing=0
             )
             part = lx.render_shadows(scene, camera, light, torn)
-            monkeypatch.setenv("LIXEL_SKIP_NOTHING", "1")
-            whole = lx.render_shadows(scene, camera, light, torn)
-            monkeypatch.delenv("LIXEL_SKIP_NOTHING")
-            assert part.tobytes() == whole.tobytes()
+            outputs = ("visibility",)
+            whole = render_outputs(scene, camera, light, torn, outputs, culling=False)[1]
+            assert part.tobytes() == whole["visibility"].tobytes()
 
 
 def test_less_is_drawn_where_no_receiver_looks():

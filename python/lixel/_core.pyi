@@ -108,6 +108,9 @@ class Light:
 def methods() -> list[dict[str, Any]]:
     """The one list: `name`, `title`, `citation` and `parameters` (name to default) of each."""
 
+def labels() -> list[str]:
+    """Every key that `timings` may have: the passes, and what the CPU does for them."""
+
 def render_visibility(
     scene: Scene,
     camera: Camera,
@@ -124,6 +127,8 @@ def render(
     method: str,
     parameters: dict[str, Any],
     outputs: Sequence[str],
+    *,
+    culling: bool = True,
 ) -> dict[str, Any]:
     """Render on the GPU and read back what `outputs` names.
 
@@ -133,6 +138,7 @@ def render(
     `importance_map` (layers, h, w) float32; `warp_map` (layers, 2, functions, cells + 1) float32;
     `aliasing_error` (H, W) float32; `largest_aliasing_error` float; `max_effective_resolution`
     (width, height) floats.
+    Without `culling` nothing is left out, not even what cannot change a picture.
     Always there: `timings` (dict, ms), `stats` (dict), `adapter` (dict).
     """
 

@@ -248,20 +248,29 @@ def _of_several(
 
 
 def render_outputs(
-    scene: Scene, camera: Camera, light: Light, method: str | Method, outputs: Sequence[str]
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: str | Method,
+    outputs: Sequence[str],
+    *,
+    culling: bool = True,
 ) -> tuple[Method, dict[str, Any]]:
-    """The method, and by name the outputs, timings, statistics and adapter of one frame."""
+    """The method, and by name the outputs, timings, statistics and adapter of one frame.
+
+    Without `culling` nothing is left out, not even what cannot change a picture.
+    """
     check_view(scene, camera, light)
     chosen = method_from(method)
     if not isinstance(chosen, Auto):
-        return chosen, _rendered(scene, camera, light, chosen, outputs)
+        return chosen, _rendered(scene, camera, light, chosen, outputs, culling)
 
     def look(tried: Method) -> dict[str, Any]:
-        return _rendered(scene, camera, light, tried, ("visibility",))
+        return _rendered(scene, camera, light, tried, ("visibility",), culling)
 
     chosen, results = choose(scene, camera, light, chosen, look)
     if tuple(outputs) != ("visibility",):
-        whole = _rendered(scene, camera, light, chosen, outputs)
+        whole = _rendered(scene, camera, light, chosen, outputs, culling)
         results = {**results, **{name: whole[name] for name in outputs}}
     return chosen, results
 
@@ -283,7 +292,12 @@ def _bounded(
 
 
 def _rendered(
-    scene: Scene, camera: Camera, light: Light, chosen: Method, outputs: Sequence[str]
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    chosen: Method,
+    outputs: Sequence[str],
+    culling: bool,
 ) -> dict[str, Any]:
     results = _core.render(
         scene._core,
@@ -292,6 +306,7 @@ def _rendered(
         chosen.name,
         chosen.parameters(),
         outputs,
+        culling=culling,
     )
     kept = (*outputs, "timings", "stats", "adapter")
     return {name: results[name] for name in kept}

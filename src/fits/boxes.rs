@@ -6,7 +6,6 @@ use super::rotation::{parallel_off_edges, turned};
 use super::snapping::snapped;
 use crate::error::{Result, ensure_value};
 use crate::geometry::smallest_rectangle;
-use crate::gpu::culling_is_on;
 use crate::gpu::passes::outline::Points;
 use crate::methods::cube::fit_cube;
 use crate::methods::dual_paraboloid::fit_dual_paraboloid;
@@ -200,7 +199,7 @@ pub fn boxed_layers(
     let mut fitted = Vec::new();
     for (layer, corners) in layers.into_iter().zip(boxes) {
         let whole = || whole_layer(view, &layer.projection);
-        let Some(corners) = corners.or_else(|| (!culling_is_on()).then(whole)) else {
+        let Some(corners) = corners.or_else(|| (!view.culls()).then(whole)) else {
             view.skip_layer();
             continue;
         };

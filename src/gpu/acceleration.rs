@@ -4,6 +4,7 @@
 //! triangles in them. No triangle is missed, because the boxes are grown by all roundings, in the space of
 //! `src/bvh.rs`, where they are one constant for an eye within reach.
 
+use super::frame::Frame;
 use super::scene_tables::{triangle_items, write_items};
 use super::{Gpu, lock};
 use crate::bvh::{TriangleBoxes, WALK_MARGIN};
@@ -189,15 +190,16 @@ impl KeptStructure {
     /// built now. Fails where the device does, without harm to it.
     pub fn get(
         &self,
-        gpu: &Gpu,
+        frame: &Frame,
         scene: &Scene,
         eye: DVec3,
     ) -> Result<(Arc<AccelerationStructure>, bool)> {
+        let gpu = &frame.gpu;
         gpu.check_ray_queries()?;
         let mut kept = lock(&self.0);
         if let Some(known) = kept.as_ref()
             && known.holds(scene, eye)
-            && super::culling_is_on()
+            && frame.culls
         {
             return Ok((known.clone(), false));
         }

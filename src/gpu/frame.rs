@@ -21,6 +21,8 @@ const MAX_PASSES: u32 = 2048;
 /// answer in between.
 pub struct Frame {
     pub gpu: Arc<Gpu>,
+    /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
+    pub culls: bool,
     member: Member,
     encoder: wgpu::CommandEncoder,
     queries: Option<wgpu::QuerySet>,
@@ -92,12 +94,14 @@ pub enum Groups<'a> {
 impl Frame {
     /// Frames to be recorded side by side, each on its thread: none is submitted before the others are, or
     /// are dropped.
-    pub fn together(gpu: &Arc<Gpu>, count: usize) -> Vec<Self> {
+    pub fn together(gpu: &Arc<Gpu>, count: usize, culls: bool) -> Vec<Self> {
         let members = Member::gather(gpu, count).into_iter();
-        members.map(|member| Self::new(gpu, member)).collect()
+        members
+            .map(|member| Self::new(gpu, member, culls))
+            .collect()
     }
 
-    pub(super) fn new(gpu: &Arc<Gpu>, member: Member) -> Self {
+    pub(super) fn new(gpu: &Arc<Gpu>, member: Member, culls: bool) -> Self {
         let queries = gpu.has_timestamps().then(|| {
             gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
@@ -107,6 +111,7 @@ impl Frame {
         });
         Self {
             gpu: gpu.clone(),
+            culls,
             member,
             encoder: new_encoder(gpu),
             queries,
@@ -452,7 +457,7 @@ mod tests {
     /// A frame that clears and reads a buffer, which comes back to the pool; and perhaps clears one that
     /// is no more.
     fn clear_and_read(gpu: &Arc<Gpu>, is_broken: bool) -> Result<Vec<u32>> {
-        let mut frame = Frame::together(gpu, 1).remove(0);
+        let mut frame = Frame::together(gpu, 1, true).remove(0);
         let buffer = frame.storage("buffer", 4 * COUNT as u64)?;
         frame.clear(&buffer);
         let read = frame.read(Source::Taken(buffer), COUNT)?;

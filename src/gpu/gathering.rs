@@ -117,7 +117,7 @@ mod tests {
             for (member, rounds) in members.into_iter().zip(rounds) {
                 let gpu = &gpu;
                 scope.spawn(move || {
-                    let mut frame = Frame::new(gpu, member);
+                    let mut frame = Frame::new(gpu, member, true);
                     for _ in 0..rounds {
                         let buffer = frame.storage("buffer", 64).unwrap();
                         frame.clear(&buffer);
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn a_failed_submission_is_an_error_to_all() {
         let gpu = Arc::new(Gpu::new().unwrap());
-        let frames = Frame::together(&gpu, 3);
+        let frames = Frame::together(&gpu, 3, true);
         std::thread::scope(|scope| {
             for (i, mut frame) in frames.into_iter().enumerate() {
                 scope.spawn(move || {

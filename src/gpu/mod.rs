@@ -107,12 +107,6 @@ pub fn gpu() -> Result<Arc<Gpu>> {
     Ok(gpu)
 }
 
-/// Whether what cannot change a picture is left out. The environment variable LIXEL_SKIP_NOTHING, for the
-/// proof that it cannot, has it done.
-pub fn culling_is_on() -> bool {
-    std::env::var_os("LIXEL_SKIP_NOTHING").is_none()
-}
-
 /// The value of a shader's constant that is a bool.
 pub fn flag(is_on: bool) -> f64 {
     f64::from(u8::from(is_on))

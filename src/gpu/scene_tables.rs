@@ -1,6 +1,7 @@
 //! The scene on the device.
 
 use super::acceleration::KeptStructure;
+use super::frame::Frame;
 use super::{Gpu, lock};
 use crate::bvh::Bvh;
 use crate::edges::Edges;
@@ -27,14 +28,35 @@ pub struct SceneTables {
     pub bounds: (DVec3, DVec3),
     pub triangle_count: u32,
     pub generation: u64,
-    /// Items of work beyond one for each triangle that a rasterized map of the scene needs room for.
-    pub spare_items: AtomicU64,
-    /// Parts that the triangles are taken in where one list of their work would be too long.
-    pub caster_parts: AtomicU32,
+    pub room: Room,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
     /// The same for ray queries; it knows itself when it is out of date.
     pub acceleration: KeptStructure,
     edges: Mutex<Option<Arc<EdgeTables>>>,
+}
+
+/// What the lists of a frame of the scene have room for. Grows where one had too little; such a frame is
+/// rendered again.
+pub struct Room {
+    /// Items of work beyond one for each triangle.
+    pub spare_items: AtomicU64,
+    /// Parts that the triangles are taken in where one list of their work would be too long.
+    pub caster_parts: AtomicU32,
+    /// Pieces of tessellated triangles beyond one for each triangle, and as many that are not done yet.
+    pub spare_pieces: AtomicU64,
+    /// Rounds of tessellation: each halves the edges that are too long.
+    pub split_rounds: AtomicU32,
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self {
+            spare_items: AtomicU64::new(1 << 16),
+            caster_parts: AtomicU32::new(1),
+            spare_pieces: AtomicU64::new(1 << 16),
+            split_rounds: AtomicU32::new(12),
+        }
+    }
 }
 
 /// The search structure of the scene's triangles as `shaders/shadow_rays.wgsl` walks it.
@@ -128,8 +150,7 @@ impl SceneTables {
             bounds: scene.bounds(),
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
-            spare_items: AtomicU64::new(1 << 16),
-            caster_parts: AtomicU32::new(1),
+            room: Room::default(),
             hierarchy: Mutex::default(),
             acceleration: KeptStructure::default(),
             edges: Mutex::default(),
@@ -157,13 +178,15 @@ impl SceneTables {
     }
 
     /// Built at first use and after the vertices moved; also says whether it was built now.
-    pub fn hierarchy(&self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<(Arc<HierarchyTables>, bool)> {
-        built_once(&self.hierarchy, || HierarchyTables::new(gpu, scene))
+    pub fn hierarchy(&self, frame: &Frame, scene: &Scene) -> Result<(Arc<HierarchyTables>, bool)> {
+        built_once(&self.hierarchy, frame, || {
+            HierarchyTables::new(&frame.gpu, scene)
+        })
     }
 
     /// Likewise.
-    pub fn edges(&self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
-        built_once(&self.edges, || EdgeTables::new(gpu, scene))
+    pub fn edges(&self, frame: &Frame, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
+        built_once(&self.edges, frame, || EdgeTables::new(&frame.gpu, scene))
     }
 
     /// The greatest distance of a point of the scene's box.
@@ -189,10 +212,11 @@ impl SceneTables {
 
 fn built_once<T>(
     cached: &Mutex<Option<Arc<T>>>,
+    frame: &Frame,
     build: impl FnOnce() -> Result<T>,
 ) -> Result<(Arc<T>, bool)> {
     let mut cached = lock(cached);
-    if let Some(known) = cached.as_ref().filter(|_| super::culling_is_on()) {
+    if let Some(known) = cached.as_ref().filter(|_| frame.culls) {
         return Ok((known.clone(), false));
     }
     let built = Arc::new(build()?);

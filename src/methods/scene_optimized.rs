@@ -26,7 +26,8 @@ use glam::{DMat4, DVec3};
 use std::time::Instant;
 
 /// Label of the CPU's time.
-const LABEL: &str = "fit light matrix (CPU)";
+/// The search for the matrix.
+pub const LABEL: &str = "fit light matrix (CPU)";
 
 /// Which samples the map holds, and is optimized for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

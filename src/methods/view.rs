@@ -4,8 +4,7 @@ use super::parameters::{MapParameters, position_rounding};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::acceleration::{self, AccelerationStructure};
-use crate::gpu::culling_is_on;
-use crate::gpu::frame::{Frame, Read, ReadResults, Source};
+use crate::gpu::frame::{Frame, ReadResults, Source};
 use crate::gpu::passes::boundary::{self, BoundaryWeights};
 use crate::gpu::passes::image_tiles::{self, ImageTiles, InitialImage};
 use crate::gpu::passes::importance_map::{self, Factors, Importance, ImportanceMap};
@@ -17,9 +16,9 @@ use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
 use crate::gpu::passes::receivers::{self, Bounds};
 use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::WarpMap;
-use crate::gpu::passes::work_items::Counters;
+use crate::gpu::passes::work_items::{Counters, HadRoom, PendingWork};
 use crate::gpu::passes::{
-    Facts, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, ray_queries,
+    FactsOfPasses, Inputs, PendingFacts, Receivers, caster_tests, forward_importance, ray_queries,
     receiver_lists, receiver_tiles, samples, shadow_edge, shadow_map, shadow_rays, shadow_volumes,
     visibility,
 };
@@ -47,11 +46,11 @@ pub struct View<'a> {
     visibility_buffer: &'a wgpu::Buffer,
     /// Whether texels that no receiver looks at are wanted, too.
     draws_whole_maps: bool,
-    /// Counters of rasterized maps that the next submission brings.
-    pending: Vec<(&'static str, Vec<Read<Counters>>)>,
-    counters: Vec<(&'static str, Counters)>,
+    /// What the next submission counts.
+    pending_work: Vec<PendingWork>,
     pending_facts: Vec<PendingFacts>,
-    facts: Vec<(&'static str, Facts)>,
+    counters: Vec<(HadRoom, Counters)>,
+    facts: FactsOfPasses,
     receiver_counts: Option<ReceiverCounts>,
     skipped: Vec<&'static str>,
     skipped_layers: usize,
@@ -135,8 +134,8 @@ pub struct Recorded {
 /// What a submitted frame knows about itself.
 pub struct Finished {
     pub frame: Frame,
-    pub counters: Vec<(&'static str, Counters)>,
-    pub facts: Vec<(&'static str, Facts)>,
+    pub counters: Vec<(HadRoom, Counters)>,
+    pub facts: FactsOfPasses,
     pub receiver_counts: Option<ReceiverCounts>,
     pub skipped: Vec<&'static str>,
     pub skipped_layers: usize,
@@ -160,10 +159,10 @@ impl<'a> View<'a> {
             inputs,
             visibility_buffer,
             draws_whole_maps,
-            pending: Vec::new(),
-            counters: Vec::new(),
+            pending_work: Vec::new(),
             pending_facts: Vec::new(),
-            facts: Vec::new(),
+            counters: Vec::new(),
+            facts: FactsOfPasses::default(),
             receiver_counts: None,
             skipped: Vec::new(),
             skipped_layers: 0,
@@ -197,7 +196,7 @@ impl<'a> View<'a> {
 
     /// The tiles of the image that may hold receivers of a region; `None`: all of them.
     fn image_tiles(&mut self, region: &Region) -> Result<Option<Arc<ImageTiles>>> {
-        if !culling_is_on() {
+        if !self.culls() {
             return Ok(None);
         }
         self.begun()?;
@@ -279,8 +278,7 @@ impl<'a> View<'a> {
         let projection = &fitted.projection;
         let drawn = plain_map(projection);
         let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
-        self.pending
-            .push((shadow_map::LABEL, vec![rasterized.counters]));
+        self.pending_work.push(rasterized.work);
         Ok(Analysed {
             fitted,
             texels: rasterized.texels,
@@ -378,8 +376,7 @@ impl<'a> View<'a> {
                 ..whole
             };
             let rasterized = shadow_map::shadow_map(&mut self.frame, inputs, drawn)?;
-            self.pending
-                .push((shadow_map::LABEL, vec![rasterized.counters]));
+            self.pending_work.push(rasterized.work);
             let rounding = position_rounding(projection, self.camera.eye);
             let looked = LookupInput {
                 projection,
@@ -408,7 +405,7 @@ impl<'a> View<'a> {
     ) -> Result<Option<PooledBuffer>> {
         let is_small = map.projection.texel_count() < seen.camera.pixel_count();
         // A disc may be of any size.
-        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !culling_is_on() {
+        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !self.culls() {
             return Ok(None);
         }
         let (frame, reach) = (&mut self.frame, lookup.reach);
@@ -440,8 +437,7 @@ impl<'a> View<'a> {
             let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
             let drawn = plain_map(&map);
             let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
-            self.pending
-                .push((shadow_map::LABEL, vec![rasterized.counters]));
+            self.pending_work.push(rasterized.work);
             let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);
             for first_row in (0..self.camera.height).step_by(rows as usize) {
                 grid.first_row = first_row;
@@ -456,9 +452,9 @@ impl<'a> View<'a> {
                     &visibility,
                 )?;
                 self.pending_facts.push(facts);
-                let (counters, facts) =
+                let (work, facts) =
                     caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
-                self.pending.push((caster_tests::LABEL, counters));
+                self.pending_work.push(work);
                 self.pending_facts.push(facts);
             }
         }
@@ -471,13 +467,13 @@ impl<'a> View<'a> {
     /// The visibility image by rays through the scene's hierarchy, which is built where it is missing.
     pub fn shadow_rays(&mut self) -> Result<PooledBuffer> {
         let start = Instant::now();
-        let gpu = self.frame.gpu.clone();
-        let (hierarchy, is_new) = self.inputs.scene.hierarchy(&gpu, self.scene)?;
+        let (hierarchy, is_new) = self.inputs.scene.hierarchy(&self.frame, self.scene)?;
         if is_new {
             let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-            self.frame.add_time("hierarchy (CPU)", milliseconds);
+            self.frame
+                .add_time(shadow_rays::HIERARCHY_LABEL, milliseconds);
         } else {
-            self.skip("hierarchy (CPU)");
+            self.skip(shadow_rays::HIERARCHY_LABEL);
         }
         let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
@@ -490,7 +486,7 @@ impl<'a> View<'a> {
     pub fn acceleration_structure(&mut self) -> Result<Arc<AccelerationStructure>> {
         let start = Instant::now();
         let kept = &self.inputs.scene.acceleration;
-        let (structure, is_new) = kept.get(&self.frame.gpu, self.scene, self.camera.eye)?;
+        let (structure, is_new) = kept.get(&self.frame, self.scene, self.camera.eye)?;
         if is_new {
             let milliseconds = start.elapsed().as_secs_f64() * 1e3;
             self.frame.add_time(acceleration::LABEL, milliseconds);
@@ -518,13 +514,13 @@ impl<'a> View<'a> {
     /// The visibility image by shadow volumes; the scene's edges are found where they are not known.
     pub fn shadow_volumes(&mut self) -> Result<PooledBuffer> {
         let start = Instant::now();
-        let gpu = self.frame.gpu.clone();
-        let (edges, is_new) = self.inputs.scene.edges(&gpu, self.scene)?;
+        let (edges, is_new) = self.inputs.scene.edges(&self.frame, self.scene)?;
         if is_new {
             let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-            self.frame.add_time("edges (CPU)", milliseconds);
+            self.frame
+                .add_time(shadow_volumes::EDGES_LABEL, milliseconds);
         } else {
-            self.skip("edges (CPU)");
+            self.skip(shadow_volumes::EDGES_LABEL);
         }
         let region = &Region::EVERYWHERE;
         let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
@@ -598,8 +594,13 @@ impl<'a> View<'a> {
     }
 
     /// Counters to be taken after the next submission.
-    pub(crate) fn keep_counters(&mut self, label: &'static str, counters: Read<Counters>) {
-        self.pending.push((label, vec![counters]));
+    pub(crate) fn keep_work(&mut self, work: PendingWork) {
+        self.pending_work.push(work);
+    }
+
+    /// Whether what cannot change the picture is left out.
+    pub(crate) fn culls(&self) -> bool {
+        self.frame.culls
     }
 
     /// The scene on the device.
@@ -614,15 +615,17 @@ impl<'a> View<'a> {
 
     pub(crate) fn submit(&mut self) -> Result<ReadResults> {
         let results = self.frame.submit()?;
-        for (label, reads) in self.pending.drain(..) {
-            let parts = reads.iter().map(|read| Ok(results.take(read)?[0]));
-            let parts = parts.collect::<Result<Vec<_>>>()?;
-            self.counters.push((label, Counters::joined(&parts)));
+        for work in self.pending_work.drain(..) {
+            let parts = work.counters.iter().map(|read| Ok(results.take(read)?[0]));
+            let counters = Counters::joined(&parts.collect::<Result<Vec<_>>>()?);
+            let facts = (work.describe)(self.inputs.scene, &counters);
+            self.facts.add(work.label, facts);
+            self.counters.push((work.had_room, counters));
         }
-        for pending in std::mem::take(&mut self.pending_facts) {
+        for pending in self.pending_facts.drain(..) {
             let counters = results.take(&pending.counters)?;
             let facts = (pending.describe)(&self.frame.gpu, &counters)?;
-            self.add_facts(pending.label, facts);
+            self.facts.add(pending.label, facts);
         }
         Ok(results)
     }
@@ -630,21 +633,6 @@ impl<'a> View<'a> {
     /// Receivers that face the light in all layers, once their bounds were asked for.
     pub fn facing_count(&self) -> u32 {
         self.receiver_counts.map_or(0, |counts| counts.facing)
-    }
-
-    /// Several layers add up; what is the longest of one is the longest of all.
-    fn add_facts(&mut self, label: &'static str, facts: Facts) {
-        let Some((_, known)) = self.facts.iter_mut().find(|(known, _)| *known == label) else {
-            self.facts.push((label, facts));
-            return;
-        };
-        for ((name, sum), (_, value)) in known.iter_mut().zip(facts) {
-            *sum = if name.starts_with("longest") {
-                value.max(*sum)
-            } else {
-                value + *sum
-            };
-        }
     }
 
     pub(crate) fn finish(self) -> Finished {

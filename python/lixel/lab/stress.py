@@ -18,7 +18,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -721,16 +720,11 @@ def skips(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
             outputs = ("visibility",)
             render_outputs(*view, method, outputs)
             frames = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
-            os.environ[SKIP_NOTHING] = "1"
-            try:
-                whole = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
-            finally:
-                del os.environ[SKIP_NOTHING]
+            whole = [
+                render_outputs(*view, method, outputs, culling=False)[1] for _ in range(repeats)
+            ]
             rows.append({"view": case.name, "method": method.name, **_skipped(frames, whole)})
     return pandas.DataFrame(rows)
-
-
-SKIP_NOTHING = "LIXEL_SKIP_NOTHING"
 
 
 def _lit_from_below() -> View:

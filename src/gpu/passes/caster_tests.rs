@@ -3,17 +3,17 @@
 use super::light_grid::LightGrid;
 use super::receiver_lists::ReceiverLists;
 use super::warp_map::{self, WarpMap};
-use super::work_items::{self, Counters, Stages};
-use super::{Facts, PendingFacts, Receivers};
+use super::work_items::{self, PendingWork, Stages};
+use super::{Fact, Facts, PendingFacts, Receivers};
 use crate::error::Result;
-use crate::gpu::frame::{Frame, Read, Source, buffer, table};
+use crate::gpu::frame::{Frame, Source, buffer, table};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Gpu, flag};
 
 pub const LABEL: &str = "caster tests";
 
 fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    Ok(vec![("tests", counters[0].into())])
+    Ok(vec![Fact::sum("tests", counters[0])])
 }
 
 /// Writes 0 into the image where a caster is met. The triangles are taken in as many parts as their lists
@@ -25,7 +25,7 @@ pub fn caster_tests(
     warp: Option<&WarpMap>,
     lists: &ReceiverLists,
     visibility: &wgpu::Buffer,
-) -> Result<(Vec<Read<Counters>>, PendingFacts)> {
+) -> Result<(PendingWork, PendingFacts)> {
     let scene = seen.scene;
     let tests = frame.storage("number of tests", 4)?;
     frame.clear(&tests);
@@ -79,5 +79,11 @@ pub fn caster_tests(
         counters: frame.read(Source::Taken(tests), 1)?,
         describe,
     };
-    Ok((counters, facts))
+    let work = PendingWork {
+        label: LABEL,
+        counters,
+        had_room: work_items::had_room_in_parts,
+        describe: work_items::describe,
+    };
+    Ok((work, facts))
 }

@@ -1,7 +1,7 @@
 //! Pass "image tiles": the visibility image before any caster, and its tiles that may hold receivers of a layer,
 //! which the passes over them look at alone.
 
-use super::{Facts, PendingFacts, Receivers};
+use super::{Fact, Facts, PendingFacts, Receivers};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer};
@@ -158,7 +158,7 @@ impl InitialImage {
 
 fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
     Ok(vec![
-        ("looked_at", counters[0].into()),
-        ("tiles", counters[1].into()),
+        Fact::sum("looked_at", counters[0]),
+        Fact::sum("tiles", counters[1]),
     ])
 }

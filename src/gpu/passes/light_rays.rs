@@ -1,7 +1,7 @@
 //! The rays of the receivers towards the light, whichever pass searches for what they meet:
 //! `shaders/lib/light_rays.wgsl`.
 
-use super::{Describe, Facts, PendingFacts, Receivers};
+use super::{Describe, Fact, Facts, PendingFacts, Receivers};
 use crate::error::{Error, Result};
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
@@ -56,8 +56,8 @@ pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
         )));
     }
     Ok(vec![
-        ("rays", rays.into()),
-        ("longest_walk", longest_walk.into()),
+        Fact::sum("rays", rays),
+        Fact::maximum("longest_walk", longest_walk),
     ])
 }
 

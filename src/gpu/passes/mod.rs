@@ -4,6 +4,7 @@
 pub mod blend_importance;
 pub mod boundary;
 pub mod caster_tests;
+mod facts;
 pub mod forward_importance;
 pub mod image_tiles;
 pub mod importance_map;
@@ -27,16 +28,42 @@ pub mod warp_map;
 pub mod work_items;
 
 use crate::camera::Camera;
-use crate::error::Result;
-use crate::gpu::frame::{Binding, Groups, Read, buffer, table};
+use crate::gpu::frame::{Binding, Groups, buffer, table};
 use crate::gpu::scene_tables::SceneTables;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::{acceleration, flag};
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::region::{MAX_HALF_SPACES, Region};
 use bytemuck::{Pod, Zeroable};
+pub use facts::{Describe, Fact, Facts, FactsOfPasses, PendingFacts};
 use glam::DVec3;
 use image_tiles::{IMAGE_TILE, ImageTiles};
+
+/// The keys of a frame's timers, of passes and of what the CPU does for them.
+pub const LABELS: &[&str] = &[
+    acceleration::LABEL,
+    blend_importance::LABEL,
+    boundary::LABEL,
+    caster_tests::LABEL,
+    forward_importance::LABEL,
+    image_tiles::LABEL,
+    importance_map::LABEL,
+    lookup::LABEL,
+    outline::LABEL,
+    ray_queries::LABEL,
+    receiver_lists::LABEL,
+    receiver_tiles::LABEL,
+    receivers::LABEL,
+    samples::LABEL,
+    shadow_edge::LABEL,
+    shadow_map::LABEL,
+    shadow_rays::HIERARCHY_LABEL,
+    shadow_rays::LABEL,
+    shadow_volumes::EDGES_LABEL,
+    shadow_volumes::LABEL,
+    visibility::LABEL,
+    warp_map::LABEL,
+];
 
 /// As `Receivers` in `shaders/lib/receivers.wgsl`.
 #[repr(C)]
@@ -63,19 +90,6 @@ pub struct ReceiversUniform {
     light_x: [f32; 4],
     light_y: [f32; 4],
     light_z: [f32; 4],
-}
-
-/// Counters of a pass by name, for the statistics of a frame.
-pub type Facts = Vec<(&'static str, u64)>;
-
-/// Reads counters; fails where they tell that the pass did not do all its work.
-pub type Describe = fn(&Gpu, &[u32]) -> Result<Facts>;
-
-/// Counters that the next submission brings, and how they are read.
-pub struct PendingFacts {
-    pub label: &'static str,
-    pub counters: Read<u32>,
-    pub describe: Describe,
 }
 
 /// What every pass of a frame reads.
@@ -213,5 +227,31 @@ impl<'a> Receivers<'a> {
             ("has_cone", flag(self.light.cone().is_some())),
             ("has_region", flag(!self.region.is_everywhere())),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LABELS;
+    use std::path::Path;
+
+    #[test]
+    fn every_label_is_listed_once() {
+        let gpu = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu");
+        let mut found = Vec::new();
+        for folder in [gpu.join("passes"), gpu] {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let Ok(text) = std::fs::read_to_string(entry.unwrap().path()) else {
+                    continue;
+                };
+                let constants = text.lines().filter(|line| line.starts_with("pub const "));
+                let labels = constants.filter_map(|line| line.split_once("LABEL: &str = \""));
+                found.extend(labels.map(|(_, value)| value.trim_end_matches("\";").to_string()));
+            }
+        }
+        found.sort();
+        let mut listed = LABELS.to_vec();
+        listed.sort();
+        assert_eq!(found, listed);
     }
 }

@@ -1,15 +1,16 @@
 //! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`; through a
 //! warp of many functions, `shaders/rasterize_bands.wgsl`.
 
-use super::tessellate::tessellate;
+use super::tessellate::{self, tessellate};
 use super::warp_map::{self, WarpMap};
-use super::work_items::{self, Counters, Stages};
+use super::work_items::{self, Counters, PendingWork, Stages};
+use super::{Fact, Facts};
 use crate::error::{Result, ensure_value};
-use crate::gpu::frame::{Frame, Read, buffer, table};
+use crate::gpu::frame::{Frame, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shaders::Shader;
-use crate::gpu::{culling_is_on, flag};
+use crate::gpu::{Gpu, flag};
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 
@@ -49,7 +50,17 @@ struct JobUniform {
 /// A map with its texels and, after the next submission, its counters.
 pub struct Rasterized {
     pub texels: PooledBuffer,
-    pub counters: Read<Counters>,
+    pub work: PendingWork,
+}
+
+fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+    Ok(tessellate::had_room(gpu, scene, counters)? && work_items::had_room(gpu, scene, counters)?)
+}
+
+fn describe(scene: &SceneTables, counters: &Counters) -> Facts {
+    let mut facts = work_items::describe(scene, counters);
+    facts.push(Fact::sum("hidden_items", counters.hidden));
+    facts
 }
 
 /// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/parts.wgsl`.
@@ -135,9 +146,9 @@ pub fn rasterize(
         })
     };
     let gpu = frame.gpu.clone();
-    let culls_hidden = culling_is_on() && pieces.is_none() && bands <= MAX_HIDING_BANDS;
+    let culls_hidden = frame.culls && pieces.is_none() && bands <= MAX_HIDING_BANDS;
     let mut constants = vec![
-        ("culls_by_depth", flag(culling_is_on())),
+        ("culls_by_depth", flag(frame.culls)),
         ("culls_hidden", flag(culls_hidden)),
         ("has_receiver_tiles", flag(receiver_tiles.is_some())),
     ];
@@ -221,5 +232,11 @@ pub fn rasterize(
         walk,
     };
     let counters = work_items::record(frame, label, scene, stages)?;
-    Ok(Rasterized { texels, counters })
+    let work = PendingWork {
+        label,
+        counters: vec![counters],
+        had_room,
+        describe,
+    };
+    Ok(Rasterized { texels, work })
 }

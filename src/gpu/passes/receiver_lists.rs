@@ -2,12 +2,12 @@
 
 use super::light_grid::{LightGrid, TILE};
 use super::warp_map::{self, WarpMap};
-use super::{Facts, PendingFacts, Receivers};
+use super::{Fact, Facts, PendingFacts, Receivers};
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, culling_is_on, flag};
+use crate::gpu::{Gpu, flag};
 
 pub const LABEL: &str = "receiver lists";
 
@@ -30,8 +30,8 @@ pub struct ReceiverLists {
 
 fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
     Ok(vec![
-        ("receivers", counters[0].into()),
-        ("longest_list", counters[1].into()),
+        Fact::sum("receivers", counters[0]),
+        Fact::maximum("longest_list", counters[1]),
     ])
 }
 
@@ -78,7 +78,7 @@ pub fn receiver_lists(
     constants.extend(seen.constants());
     constants.extend(seen.tiles_constants(rows));
     let scatter = gpu.pipeline(shader(None), "scatter", &constants);
-    constants.push(("settles", flag(culling_is_on())));
+    constants.push(("settles", flag(frame.culls)));
     constants.push(("has_low_parts", flag(scene.has_low_parts)));
     let count = gpu.pipeline(shader(warp), "count", &constants);
     let sum = gpu.pipeline(shader(None), "sum", &[]);

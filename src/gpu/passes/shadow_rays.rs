@@ -13,6 +13,9 @@ use crate::gpu::shaders::Shader;
 
 pub const LABEL: &str = "shadow rays";
 
+/// The hierarchy's build, where it is not there yet.
+pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
+
 const SHADER: Shader = Shader::new("shadow_rays");
 
 fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {

@@ -1,7 +1,7 @@
 //! Pass "shadow volumes": the shadow of every pixel by counting faces of shadow volumes on the
 //! rasterization hardware, `shaders/shadow_volumes.wgsl`.
 
-use super::{Describe, Facts, PendingFacts, Receivers};
+use super::{Describe, Fact, Facts, PendingFacts, Receivers};
 use crate::error::{Error, Result};
 use crate::gpu::frame::{Dispatch, Draw, Frame, Groups, Source, Vertices, buffer, table};
 use crate::gpu::pool::PooledBuffer;
@@ -13,6 +13,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 pub const LABEL: &str = "shadow volumes";
+
+/// The search for the scene's edges, where they are not known yet.
+pub const EDGES_LABEL: &str = "edges (CPU)";
 
 const SHADER: Shader = Shader::new("shadow_volumes");
 
@@ -26,11 +29,11 @@ const SIDE_OF_LOCAL: u32 = 6;
 const SIDE_OF_PARALLEL: u32 = 3;
 
 fn describe_local(_gpu: &Gpu, arguments: &[u32]) -> Result<Facts> {
-    Ok(vec![("sides", (arguments[0] / SIDE_OF_LOCAL).into())])
+    Ok(vec![Fact::sum("sides", arguments[0] / SIDE_OF_LOCAL)])
 }
 
 fn describe_parallel(_gpu: &Gpu, arguments: &[u32]) -> Result<Facts> {
-    Ok(vec![("sides", (arguments[0] / SIDE_OF_PARALLEL).into())])
+    Ok(vec![Fact::sum("sides", arguments[0] / SIDE_OF_PARALLEL)])
 }
 
 /// As `ShadowVolumes` in the shader.

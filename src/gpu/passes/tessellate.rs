@@ -11,7 +11,7 @@ use crate::gpu::shaders::Shader;
 use crate::gpu::{Gpu, flag};
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 /// As `Job` in the shader.
 #[repr(C)]
@@ -26,15 +26,6 @@ struct JobUniform {
 
 /// As `Piece` in the shaders.
 const PIECE_BYTES: u64 = 64;
-
-/// Pieces beyond one for each triangle that the next frame makes room for, and as many that are not done
-/// yet. Grows when a frame had no room; such a frame is rendered again.
-static SPARE_PIECES: AtomicU64 = AtomicU64::new(FEW_PIECES);
-
-const FEW_PIECES: u64 = 1 << 16;
-
-/// Rounds of splitting: each halves the edges that are too long.
-static ROUNDS: AtomicU32 = AtomicU32::new(12);
 
 /// Sides of texels are far within their rounding then.
 const MAX_ROUNDS: u32 = 48;
@@ -54,7 +45,7 @@ pub fn tessellate(
     counters: &wgpu::Buffer,
 ) -> Result<PooledBuffer> {
     let most = most_pieces(&frame.gpu);
-    let spare = SPARE_PIECES.load(Ordering::Relaxed).min(most);
+    let spare = scene.room.spare_pieces.load(Ordering::Relaxed).min(most);
     let capacity = (u64::from(scene.triangle_count) + spare).min(most);
     let pieces = frame.storage("pieces", capacity * PIECE_BYTES)?;
     let lists = [
@@ -100,7 +91,7 @@ pub fn tessellate(
         groups: Groups::Linear(u64::from(scene.triangle_count).div_ceil(GROUP)),
     }];
     // Without a longest edge nothing is split.
-    let rounds = longest_edge.map_or(0, |_| ROUNDS.load(Ordering::Relaxed));
+    let rounds = longest_edge.map_or(0, |_| scene.room.split_rounds.load(Ordering::Relaxed));
     for round in 0..rounds as usize {
         let (from, to) = (&lists[round % 2], &lists[(round + 1) % 2]);
         let unfinished = (6, buffer(from));
@@ -120,12 +111,12 @@ pub fn tessellate(
 }
 
 /// Whether every piece had room and was done. If not, there is more of either in the next try.
-pub fn had_room(gpu: &Gpu, counters: &Counters) -> Result<bool> {
+pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+    let room = &scene.room;
     if counters.lost > 0 {
         let wanted = u64::from(counters.pieces.max(counters.most_unfinished));
-        let (most, spare) = (most_pieces(gpu), SPARE_PIECES.load(Ordering::Relaxed));
+        let (most, spare) = (most_pieces(gpu), room.spare_pieces.load(Ordering::Relaxed));
         if wanted > most || spare >= most {
-            SPARE_PIECES.store(FEW_PIECES, Ordering::Relaxed);
             return Err(Error::Device(format!(
                 "tessellation makes more than {} pieces of triangles, the device {} allows {most}; a \
                  larger share of the map makes fewer",
@@ -135,18 +126,19 @@ pub fn had_room(gpu: &Gpu, counters: &Counters) -> Result<bool> {
         }
         // What was lost would have been split further.
         let more = (2 * wanted).next_power_of_two().max(16 * spare);
-        SPARE_PIECES.fetch_max(more.min(most), Ordering::Relaxed);
+        room.spare_pieces
+            .fetch_max(more.min(most), Ordering::Relaxed);
         return Ok(false);
     }
     if counters.next_unfinished > 0 {
-        let rounds = ROUNDS.load(Ordering::Relaxed);
+        let rounds = room.split_rounds.load(Ordering::Relaxed);
         if rounds >= MAX_ROUNDS {
             return Err(Error::Device(format!(
                 "tessellation left {} edges that are too long after {MAX_ROUNDS} rounds of splitting",
                 counters.next_unfinished
             )));
         }
-        ROUNDS.fetch_max(MAX_ROUNDS, Ordering::Relaxed);
+        room.split_rounds.fetch_max(MAX_ROUNDS, Ordering::Relaxed);
         return Ok(false);
     }
     Ok(true)

@@ -1,6 +1,6 @@
 //! Lists of work between the dispatches of a pass, `shaders/lib/work_items.wgsl`.
 
-use super::{caster_tests, tessellate};
+use super::{Fact, Facts};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, Read, Source, buffer};
@@ -49,7 +49,7 @@ const MAX_PARTS: u32 = 16;
 /// Items, and coarse ones, that a frame makes room for: one for each triangle and some more, as long as the
 /// device allows it. Grows when a frame of the scene needed more; such a frame is rendered again.
 fn capacity(gpu: &Gpu, scene: &SceneTables) -> u64 {
-    let spare = scene.spare_items.load(Ordering::Relaxed);
+    let spare = scene.room.spare_items.load(Ordering::Relaxed);
     (u64::from(scene.triangle_count) + spare).min(most_items(gpu))
 }
 
@@ -61,7 +61,7 @@ fn most_items(gpu: &Gpu) -> u64 {
 pub fn parts(scene: &SceneTables) -> impl Iterator<Item = Range<u32>> {
     let count = scene.triangle_count;
     let size = count
-        .div_ceil(scene.caster_parts.load(Ordering::Relaxed))
+        .div_ceil(scene.room.caster_parts.load(Ordering::Relaxed))
         .max(1);
     (0..count)
         .step_by(size as usize)
@@ -82,25 +82,40 @@ impl Counters {
     }
 }
 
+/// What the counters of a pass say of its lists.
+pub type HadRoom = fn(&Gpu, &SceneTables, &Counters) -> Result<bool>;
+
+/// Counters of a pass that the next submission brings.
+pub struct PendingWork {
+    pub label: &'static str,
+    /// Of each part.
+    pub counters: Vec<Read<Counters>>,
+    pub had_room: HadRoom,
+    pub describe: fn(&SceneTables, &Counters) -> Facts,
+}
+
+/// What is counted whichever pass has the lists.
+pub fn describe(scene: &SceneTables, counters: &Counters) -> Facts {
+    let all = match counters.is_linear {
+        0 => scene.triangle_count,
+        _ => counters.pieces,
+    };
+    vec![
+        Fact::sum("rasterized", all - counters.outside - counters.behind),
+        Fact::sum("culled_outside", counters.outside),
+        Fact::sum("culled_by_depth", counters.behind),
+        Fact::sum("work_items", counters.items),
+        Fact::sum("coarse_items", counters.coarse_items),
+    ]
+}
+
 /// Whether every item of a pass had room in its list. If not, room is made for the next try.
-pub fn had_room(gpu: &Gpu, scene: &SceneTables, label: &str, counters: &Counters) -> Result<bool> {
-    if !tessellate::had_room(gpu, counters)? {
-        return Ok(false);
-    }
+pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
     let wanted = u64::from(counters.items.max(counters.coarse_items));
     if wanted <= capacity(gpu, scene) {
         return Ok(true);
     }
     let most = most_items(gpu);
-    if wanted > most && label == caster_tests::LABEL {
-        let parts = scene.caster_parts.load(Ordering::Relaxed);
-        if parts < MAX_PARTS {
-            let more = (2 * wanted).div_ceil(most).min(u64::from(MAX_PARTS)) as u32;
-            let parts = parts.saturating_mul(more).min(MAX_PARTS);
-            scene.caster_parts.store(parts, Ordering::Relaxed);
-            return Ok(false);
-        }
-    }
     if wanted > most {
         return Err(Error::Device(format!(
             "the triangles make {wanted} items of work, the device {} allows {most}",
@@ -110,7 +125,21 @@ pub fn had_room(gpu: &Gpu, scene: &SceneTables, label: &str, counters: &Counters
     let spare = wanted - u64::from(scene.triangle_count).min(wanted);
     // Splitting goes on where coarse items had no room, so the next try may need more again.
     let room = (2 * spare).next_power_of_two();
-    scene.spare_items.fetch_max(room, Ordering::Relaxed);
+    scene.room.spare_items.fetch_max(room, Ordering::Relaxed);
+    Ok(false)
+}
+
+/// The same of a pass that takes the triangles in parts: more parts have more room.
+pub fn had_room_in_parts(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+    let wanted = u64::from(counters.items.max(counters.coarse_items));
+    let most = most_items(gpu);
+    let parts = scene.room.caster_parts.load(Ordering::Relaxed);
+    if wanted <= most || parts >= MAX_PARTS {
+        return had_room(gpu, scene, counters);
+    }
+    let more = (2 * wanted).div_ceil(most).min(u64::from(MAX_PARTS)) as u32;
+    let parts = parts.saturating_mul(more).min(MAX_PARTS);
+    scene.room.caster_parts.store(parts, Ordering::Relaxed);
     Ok(false)
 }
 

@@ -1,0 +1,107 @@
+//! What passes count, for the statistics of a frame.
+
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::gpu::frame::Read;
+
+/// A number that a pass counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fact {
+    pub name: &'static str,
+    pub value: u64,
+    merge: Merge,
+}
+
+/// How the numbers of several layers become one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Merge {
+    Sum,
+    Maximum,
+}
+
+pub type Facts = Vec<Fact>;
+
+impl Fact {
+    /// A number that adds up over layers.
+    pub fn sum(name: &'static str, value: u32) -> Self {
+        Self {
+            name,
+            value: value.into(),
+            merge: Merge::Sum,
+        }
+    }
+
+    /// A number of which the greatest of all layers counts.
+    pub fn maximum(name: &'static str, value: u32) -> Self {
+        Self {
+            merge: Merge::Maximum,
+            ..Self::sum(name, value)
+        }
+    }
+}
+
+/// Facts by the label of their pass.
+#[derive(Debug, Clone, Default)]
+pub struct FactsOfPasses(pub Vec<(&'static str, Facts)>);
+
+impl FactsOfPasses {
+    /// Merges facts with those of the same name that the pass has from other layers.
+    pub fn add(&mut self, label: &'static str, facts: Facts) {
+        let known = match self.0.iter().position(|(known, _)| *known == label) {
+            Some(known) => known,
+            None => {
+                self.0.push((label, Vec::new()));
+                self.0.len() - 1
+            }
+        };
+        let known = &mut self.0[known].1;
+        for fact in facts {
+            match known.iter_mut().find(|known| known.name == fact.name) {
+                None => known.push(fact),
+                Some(known) => {
+                    known.value = match fact.merge {
+                        Merge::Sum => known.value + fact.value,
+                        Merge::Maximum => known.value.max(fact.value),
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Reads counters; fails where they tell that the pass did not do all its work.
+pub type Describe = fn(&Gpu, &[u32]) -> Result<Facts>;
+
+/// Counters that the next submission brings, and how they are read.
+pub struct PendingFacts {
+    pub label: &'static str,
+    pub counters: Read<u32>,
+    pub describe: Describe,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_add_up_and_the_longest_list_is_the_longest_of_all() {
+        let mut facts = FactsOfPasses::default();
+        for (receivers, longest) in [(3, 2), (4, 9), (5, 1)] {
+            let of_layer = [
+                Fact::sum("receivers", receivers),
+                Fact::maximum("longest_list", longest),
+            ];
+            facts.add("lists", of_layer.to_vec());
+        }
+        facts.add("lists", vec![Fact::sum("tests", 7)]);
+        let [(label, facts)] = &facts.0[..] else {
+            panic!("one pass, got {facts:?}");
+        };
+        let facts: Vec<_> = facts.iter().map(|fact| (fact.name, fact.value)).collect();
+        assert_eq!(*label, "lists");
+        assert_eq!(
+            facts,
+            [("receivers", 12), ("longest_list", 9), ("tests", 7)]
+        );
+    }
+}
