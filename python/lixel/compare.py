@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -25,22 +25,24 @@ class Comparison:
 
     A pixel is *misclassified* where the image says lit and the truth says shadow (*false lit*) or
     the other way round (*false shadow*). Partly lit pixels, as filters make them, are taken for lit
-    from one half on and for shadow below: the edge that is judged is the middle of the penumbra,
+    from one half on and for shadow below: the edge that counts is the middle of the penumbra,
     and the penumbra itself is no error. Ties of the reference are never misclassified, and count as
     right in every number here.
 
     Attributes
     ----------
     lit : (H, W) bool
-        What the image says, with the truth where nothing is judged.
+        What the image says, with the truth in ties and where no surface is seen.
     expected : (H, W) bool
         What the truth says; True where no surface is seen.
     covered : (H, W) bool
         Where the truth sees a surface.
-    judged : (H, W) bool
+    counted : (H, W) bool
         Where it does and there is no tie.
     partly_lit : (H, W) bool
-        Where the image says neither lit nor in shadow, of those that are judged.
+        Where the image says neither lit nor in shadow, of those that are counted.
+    other_surface : (H, W) bool
+        Where only one of the two sees a surface; nowhere, unless `compare` was told to count that.
     facing : (H, W) bool or None
         Where that surface faces the light; None for a reference that is a plain array, or whose
         scene has moved since.
@@ -49,8 +51,9 @@ class Comparison:
     lit: npt.NDArray[np.bool_]
     expected: npt.NDArray[np.bool_]
     covered: npt.NDArray[np.bool_]
-    judged: npt.NDArray[np.bool_]
+    counted: npt.NDArray[np.bool_]
     partly_lit: npt.NDArray[np.bool_]
+    other_surface: npt.NDArray[np.bool_]
     facing: npt.NDArray[np.bool_] | None
 
     # --- Masks ---
@@ -58,17 +61,17 @@ class Comparison:
     @cached_property
     def false_lit(self) -> npt.NDArray[np.bool_]:
         """(H, W) bool: lit, but should be in shadow."""
-        return self.lit & ~self.expected
+        return self.lit & ~self.expected & ~self.other_surface
 
     @cached_property
     def false_shadow(self) -> npt.NDArray[np.bool_]:
         """(H, W) bool: in shadow, but should be lit."""
-        return ~self.lit & self.expected
+        return ~self.lit & self.expected & ~self.other_surface
 
     @property
     def misclassified(self) -> npt.NDArray[np.bool_]:
-        """(H, W) bool: wrong either way."""
-        return self.lit ^ self.expected
+        """(H, W) bool: false lit, false shadow, or of another surface."""
+        return (self.lit ^ self.expected) | self.other_surface
 
     # --- Counts and rates ---
 
@@ -82,10 +85,10 @@ class Comparison:
         """Pixels that are in shadow but should be lit."""
         return int(np.count_nonzero(self.false_shadow))
 
-    @property
+    @cached_property
     def misclassified_count(self) -> int:
-        """Pixels that are wrong either way."""
-        return self.false_lit_count + self.false_shadow_count
+        """Pixels that are false lit, false shadow, or of another surface."""
+        return int(np.count_nonzero(self.misclassified))
 
     @cached_property
     def covered_count(self) -> int:
@@ -94,12 +97,12 @@ class Comparison:
 
     @cached_property
     def tie_count(self) -> int:
-        """Covered pixels that are not judged, because the truth itself turns on rounding."""
-        return int(np.count_nonzero(self.covered & ~self.judged))
+        """Covered pixels that are not counted, because the truth itself turns on rounding."""
+        return int(np.count_nonzero(self.covered & ~self.counted))
 
     @cached_property
     def partly_lit_count(self) -> int:
-        """Judged pixels with a visibility between 0 and 1, each taken for lit or in shadow."""
+        """Counted pixels with a visibility between 0 and 1, each taken for lit or in shadow."""
         return int(np.count_nonzero(self.partly_lit))
 
     @cached_property
@@ -182,12 +185,12 @@ class Comparison:
     # --- To look at ---
 
     def picture(self) -> npt.NDArray[np.uint8]:
-        """(H, W, 3) uint8: the image with wrong pixels in red, false lit bright, false shadow
+        """(H, W, 3) uint8: the image with misclassified pixels in red, false lit bright, others
         dark."""
         visibility = np.where(self.covered, self.lit, np.nan).astype(np.float32)
         picture = display.shadow_picture(visibility)
+        picture[self.misclassified] = FALSE_SHADOW
         picture[self.false_lit] = FALSE_LIT
-        picture[self.false_shadow] = FALSE_SHADOW
         return picture
 
     def as_dict(self) -> dict[str, Any]:
@@ -222,7 +225,10 @@ class Comparison:
 
 
 def compare(
-    visibility: npt.ArrayLike | Receivers, reference: Reference | npt.ArrayLike
+    visibility: npt.ArrayLike | Receivers,
+    reference: Reference | npt.ArrayLike,
+    *,
+    other_surfaces: Literal["refuse", "count"] = "refuse",
 ) -> Comparison:
     """Count the misclassified pixels of a visibility image.
 
@@ -232,6 +238,9 @@ def compare(
         Values in [0, 1], NaN where no surface is seen; from one half on taken for lit.
     reference : Reference, or (H, W) float
         The truth. A plain array has no ties and does not know which surfaces face the light.
+    other_surfaces : {"refuse", "count"}
+        What is done with a pixel in which only one of the two sees a surface, and which is no tie:
+        such images are refused, or the pixel counts as misclassified.
 
     Returns
     -------
@@ -242,8 +251,8 @@ def compare(
     TypeError
         Arrays that do not hold real numbers.
     ValueError
-        Shapes that differ, values out of range, or a surface that only one of the two sees in a
-        pixel that is not a tie; the message counts them.
+        Shapes that differ, values out of range, another word for `other_surfaces`, or pixels that
+        it refuses; the message counts them.
 
     Examples
     --------
@@ -253,6 +262,8 @@ def compare(
     >>> compare(seen, truth).false_lit_count
     1
     """
+    if other_surfaces not in ("refuse", "count"):
+        raise ValueError(f"other_surfaces must be 'refuse' or 'count', got {other_surfaces!r}")
     image = _visibility("visibility", visibility)
     truth = _visibility("reference", reference)
     if image.shape != truth.shape:
@@ -260,15 +271,15 @@ def compare(
             f"visibility must have the shape of reference, {truth.shape}, got {image.shape}"
         )
     covered = ~np.isnan(truth)
-    judged = covered.copy()
+    counted = covered.copy()
     facing = None
     coverage_differs = covered != ~np.isnan(image)
     if isinstance(reference, Reference):
-        judged &= ~(reference.tie | reference.triangle_tie)
+        counted &= ~(reference.tie | reference.triangle_tie)
         # On the rim of an object the first hit itself may be a tie.
         coverage_differs &= ~reference.triangle_tie
         facing = reference.facing if reference.is_current else None
-    if coverage_differs.any():
+    if other_surfaces == "refuse" and coverage_differs.any():
         missing = int(np.count_nonzero(coverage_differs & covered))
         extra = int(np.count_nonzero(coverage_differs)) - missing
         row, column = np.argwhere(coverage_differs)[0].tolist()
@@ -279,11 +290,12 @@ def compare(
         )
     expected = np.where(covered, truth >= 0.5, True)
     return Comparison(
-        lit=np.where(judged, image >= 0.5, expected),
+        lit=np.where(counted, image >= 0.5, expected),
         expected=expected,
         covered=covered,
-        judged=judged,
-        partly_lit=judged & (image > 0.0) & (image < 1.0),
+        counted=counted,
+        partly_lit=counted & (image > 0.0) & (image < 1.0),
+        other_surface=coverage_differs,
         facing=facing,
     )
 

@@ -1,22 +1,15 @@
-"""Wrong pixels over the scenes of a folder, in their own lights and in random ones.
+"""Count the misclassified pixels in the scenes of a folder, in their lights and in random ones.
 
 Every scene, from each camera and in each light that its scenes.json lists, and in random lights by
 a seed: directional, point and spot, in and outside of the view. By default the methods are those
-that sample nothing from the light, and Embree's float32 rays. Each image is judged against
-`lixel.reference`; ties are left out. The table is written view by view, and the same command goes
-on where the last one stopped.
-
-    python -m lixel.accuracy FOLDER --size 480x270 --random 6 -o accuracy.csv
-    python -m lixel.accuracy FOLDER --kind point --random 20 --method cube+notw:lookup=depth
-        -o point.csv
+that sample nothing from the light, and Embree's float32 rays. Ties of the reference are not
+counted. The table is written view by view, and the same command goes on where the last one stopped.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import shlex
-import sys
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -32,16 +25,16 @@ from ..compare import compare
 from ..frame import render_outputs
 from ..light import DirectionalLight, Light, PointLight, SpotLight
 from ..load import load
-from ..methods import Method
+from ..methods import Method, method_from
 from ..receivers import Receivers
 from ..reference import Reference, reference
 from ..scene import Scene
-from .options import image_size, method_with, parameter
-from .peers import ray_offset
+from .options import MORE, add_output, add_size, method_with, natural, parameter
 from .random_views import random_lights
-from .report import progress, say
+from .rays import ray_offset
+from .report import progress
 from .report import table as as_text
-from .result_tables import append, check_table_path, read, resume
+from .result_tables import append, read, resume
 from .views import Views
 
 if TYPE_CHECKING:
@@ -56,6 +49,105 @@ SEED = 6
 # Where `shadow_edges` looks for them, and how often a light is drawn before the last is taken.
 SIZE_OF_LOOK = (160, 90)
 MAX_DRAWS = 100
+
+
+# --- The command ---
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `lixel lab accuracy`."""
+    parser.add_argument("folder", type=Path, help="with a scenes.json and the files that it lists")
+    add_size(parser, "480x270", (480, 270))
+    parser.add_argument(
+        "--random", type=natural, default=6, metavar="N", help="random lights from each camera"
+    )
+    parser.add_argument(
+        "--shadow-edges", action="store_true",
+        help="draw a random light again by which a camera sees no edge of a shadow",
+    )  # fmt: skip
+    parser.add_argument("--kind", action="append", choices=KINDS, help=f"of lights; {MORE}")
+    parser.add_argument("--scene", action="append", metavar="NAME", help=f"of the folder; {MORE}")
+    parser.add_argument("--camera", action="append", metavar="NAME", help=f"of a scene; {MORE}")
+    parser.add_argument(
+        "--method", action="append", type=_named_method, metavar="NAME[:PARAMETER=VALUE,...]",
+        help=f"instead of those that sample nothing from the light; {MORE}",
+    )  # fmt: skip
+    add_output(parser, "table of every view, .csv or .parquet", required=True)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure what the table does not have yet, append it, and print the sums."""
+    before = resume(options.output, options.line)
+    done = {(row["scene"], str(row["camera"]), str(row["light"])) for row in before}
+    methods = dict(options.method or ((name, method_from(name)) for name in METHODS))
+    for entry in json.loads((options.folder / "scenes.json").read_text(encoding="utf-8")):
+        name = Path(entry["file"]).stem
+        if options.scene and name not in options.scene:
+            continue
+        scene = load(options.folder / entry["file"])
+        embree = None if options.method else Embree(scene)
+        kinds = [KINDS[kind] for kind in options.kind or KINDS]
+        listed = Views.read(options.folder / "scenes.json", entry["file"])
+        views = views_of(
+            entry["file"], listed, scene, options.size, options.random, kinds, options.shadow_edges
+        )
+        missing = [
+            view
+            for view in views
+            if (name, view[0], view[2]) not in done
+            and (not options.camera or view[0] in options.camera)
+        ]
+        for camera_name, camera, light_name, light in progress(missing, name):
+            shared = {
+                "scene": name,
+                "camera": camera_name,
+                "light": light_name,
+                "light_kind": type(light).__name__,
+                "width": camera.width,
+                "height": camera.height,
+                "triangles": scene.triangle_count,
+            }
+            rows = [
+                {**shared, "method": method, **counts}
+                for method, counts in evaluate(scene, camera, light, methods, embree)
+            ]
+            # A view is written whole or not at all; a light that no method is made for has no row.
+            if rows:
+                append(options.output, options.line, rows)
+    if options.output.exists():
+        print(as_text(summary(read(options.output)).to_dict("records")))
+
+
+def _named_method(text: str) -> tuple[str, Method]:
+    """A method from its name, and parameters after a colon, ``"cube+notw:lookup=depth"``; with the
+    text."""
+    name, _, given = text.partition(":")
+    try:
+        parameters = [parameter(part) for part in given.split(",") if part]
+        return text, method_with(name, None, parameters)
+    except (TypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def summary(table: pandas.DataFrame) -> pandas.DataFrame:
+    """Sums by scene and method: views, those that the device could not do, covered pixels, ties,
+    misclassified pixels, and the most of them in one view."""
+    whole = needs("pandas", "study").concat([table, table.assign(scene="all")])
+    groups = whole.groupby(["scene", "method"], sort=False)
+    sums = groups.agg(
+        views=("misclassified", "count"),
+        failed=("misclassified", lambda counts: counts.isna().sum()),
+        covered=("covered", "sum"),
+        ties=("ties", "sum"),
+        misclassified=("misclassified", "sum"),
+        most=("misclassified", "max"),
+        false_lit=("false_lit", "sum"),
+        false_shadow=("false_shadow", "sum"),
+    )
+    return sums.convert_dtypes().reset_index()
+
+
+# --- The views, and what is measured in one ---
 
 
 class Embree:
@@ -91,33 +183,31 @@ class Embree:
         return visibility
 
 
-def views(
-    folder: Path,
-    entry: dict[str, Any],
+def views_of(
+    file: str,
+    listed: Views,
     scene: Scene,
     size: tuple[int, int],
     count: int,
-    kinds: Sequence[str] = tuple(KINDS),
-    shadow_edges: bool = False,
+    kinds: Sequence[type[Light]],
+    shadow_edges: bool,
 ) -> Iterator[tuple[str, Camera, str, Light]]:
     """Names and values of every camera and light of a scene; random lights differ by camera.
 
     With `shadow_edges` a random light by which the camera sees no edge of a shadow is drawn again.
     """
-    types = [KINDS[kind] for kind in kinds]
-    listed = Views.read(folder / "scenes.json", entry["file"])
     for camera_name, camera in listed.cameras.items():
         sized = camera.resized(*size)
         for light_name, light in listed.lights.items():
-            if type(light) in types:
+            if type(light) in kinds:
                 yield camera_name, sized, light_name, light
-        seed = (SEED, zlib.crc32(f"{entry['file']} {camera_name}".encode()))
+        seed = (SEED, zlib.crc32(f"{file} {camera_name}".encode()))
         random = np.random.default_rng(seed)
-        for number, light in enumerate(random_lights(random, scene, sized, count, types)):
+        for number, light in enumerate(random_lights(random, scene, sized, count, kinds)):
             for _ in range(MAX_DRAWS if shadow_edges else 0):
                 if casts_shadow_edges(scene, camera, light):
                     break
-                light = random_lights(random, scene, sized, number + 1, types)[number]
+                light = random_lights(random, scene, sized, number + 1, kinds)[number]
             yield camera_name, sized, f"random {number}", light
 
 
@@ -128,21 +218,7 @@ def casts_shadow_edges(scene: Scene, camera: Camera, light: Light) -> bool:
     return bool((visibility == 1).any() and (visibility == 0).any())
 
 
-def method_of(text: str) -> Method:
-    """A method from its name, and parameters after a colon: ``"cube+notw:lookup=depth"``."""
-    name, _, given = text.partition(":")
-    return method_with(name, None, [parameter(part) for part in given.split(",") if part])
-
-
-def _method_text(text: str) -> str:
-    try:
-        method_of(text)
-    except (TypeError, ValueError) as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    return text
-
-
-def judge(
+def evaluate(
     scene: Scene,
     camera: Camera,
     light: Light,
@@ -173,131 +249,3 @@ def _counts(visibility: npt.NDArray[np.float32], truth: Reference) -> dict[str, 
         "false_lit": result.false_lit_count,
         "false_shadow": result.false_shadow_count,
     }
-
-
-def run(
-    folder: Path,
-    output: Path,
-    size: tuple[int, int],
-    random: int,
-    command: str,
-    methods: Sequence[str] = (),
-    kinds: Sequence[str] = tuple(KINDS),
-    scenes: Sequence[str] = (),
-    cameras: Sequence[str] = (),
-    shadow_edges: bool = False,
-) -> None:
-    """Judge what the table does not have yet, and append it."""
-    before = resume(output, command)
-    done = {(row["scene"], str(row["camera"]), str(row["light"])) for row in before}
-    chosen = {text: method_of(text) for text in methods or METHODS}
-    for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
-        name = Path(entry["file"]).stem
-        if scenes and name not in scenes:
-            continue
-        scene = load(folder / entry["file"])
-        embree = None if methods else Embree(scene)
-        missing = [
-            view
-            for view in views(folder, entry, scene, size, random, kinds, shadow_edges)
-            if (name, view[0], view[2]) not in done and (not cameras or view[0] in cameras)
-        ]
-        for camera_name, camera, light_name, light in progress(missing, name):
-            shared = {
-                "scene": name,
-                "camera": camera_name,
-                "light": light_name,
-                "light_kind": type(light).__name__,
-                "width": camera.width,
-                "height": camera.height,
-                "triangles": scene.triangle_count,
-            }
-            rows = [
-                {**shared, "method": method, **counts}
-                for method, counts in judge(scene, camera, light, chosen, embree)
-            ]
-            # A view is written whole or not at all; a light that no method is made for has no row.
-            if rows:
-                append(output, command, rows)
-
-
-def summary(table: pandas.DataFrame) -> pandas.DataFrame:
-    """Sums by scene and method: views, those that the device could not do, covered pixels, wrong
-    ones, and the most in one view."""
-    whole = needs("pandas", "study").concat([table, table.assign(scene="all")])
-    groups = whole.groupby(["scene", "method"], sort=False)
-    sums = groups.agg(
-        views=("misclassified", "count"),
-        failed=("misclassified", lambda wrong: wrong.isna().sum()),
-        covered=("covered", "sum"),
-        ties=("ties", "sum"),
-        wrong=("misclassified", "sum"),
-        most=("misclassified", "max"),
-        false_lit=("false_lit", "sum"),
-        false_shadow=("false_shadow", "sum"),
-    )
-    return sums.convert_dtypes().reset_index()
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m lixel.accuracy", description=(__doc__ or "").splitlines()[0]
-    )
-    parser.add_argument("folder", type=Path, help="with a scenes.json and the files that it lists")
-    parser.add_argument("--size", type=image_size, default=(480, 270), metavar="WIDTHxHEIGHT")
-    parser.add_argument(
-        "--random", type=int, default=6, metavar="N", help="random lights from each camera"
-    )
-    parser.add_argument(
-        "--shadow-edges",
-        action="store_true",
-        help="draw a random light again by which a camera sees no edge of a shadow",
-    )
-    parser.add_argument(
-        "--kind", action="append", choices=KINDS, help="of lights; may be given more than once"
-    )
-    parser.add_argument(
-        "--scene",
-        action="append",
-        metavar="NAME",
-        help="of the folder; may be given more than once",
-    )
-    parser.add_argument(
-        "--camera", action="append", metavar="NAME", help="of a scene; may be given more than once"
-    )
-    parser.add_argument(
-        "--method", action="append", type=_method_text, metavar="NAME[:PARAMETER=VALUE,...]",
-        help="instead of those that sample nothing from the light; may be given more than once",
-    )  # fmt: skip
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.csv")
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    options = parser.parse_args(given)
-    check_table_path("output", options.output)
-    if options.random < 0:
-        parser.error(f"--random must not be negative, got {options.random}")
-    # The folder's name, not where it lies on this machine.
-    told = [options.folder.name if word == str(options.folder) else word for word in given]
-    command = f"python -m lixel.accuracy {shlex.join(told)}"
-    try:
-        run(
-            options.folder,
-            options.output,
-            options.size,
-            options.random,
-            command,
-            options.method or (),
-            options.kind or tuple(KINDS),
-            options.scene or (),
-            options.camera or (),
-            options.shadow_edges,
-        )
-    except KeyboardInterrupt:
-        say("accuracy: stopped; the same command goes on")
-        return 1
-    if options.output.exists():
-        print(as_text(summary(read(options.output)).to_dict("records")))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

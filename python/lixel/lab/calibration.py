@@ -1,9 +1,7 @@
-"""Calibrates `lixel.Auto`: how wrong the finer of two maps is, and what methods cost.
+"""Calibrate `lixel.Auto`: how wrong the finer of two maps is, and what methods cost.
 
 Generated scenes with random cameras and lights give the model; scenes of a folder, which it has not
 seen, tell how well it holds. Rows are appended view by view, so a run that was stopped goes on.
-
-    python -m lixel.calibration FOLDER -o docs/results/auto/llvmpipe.csv --write
 """
 
 from __future__ import annotations
@@ -12,8 +10,6 @@ import argparse
 import itertools
 import json
 import math
-import shlex
-import sys
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -31,6 +27,8 @@ from ..methods import Exact, Method, RayTraced
 from ..reference import reference
 from ..scene import Scene
 from ..scenes import GENERATORS
+from . import passes
+from .options import add_output, natural
 from .random_views import random_camera, random_lights
 from .report import progress
 from .report import table as as_text
@@ -56,6 +54,39 @@ SIZES = ((480, 270), (640, 360), (960, 540))
 QUANTILE = 0.98
 # Differing pixels that are added, so that the bound of maps that do not differ is not zero.
 SLACK = 3
+
+
+# --- The command ---
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `lixel lab calibration`."""
+    parser.add_argument("folder", type=Path, help="with a scenes.json and the files that it lists")
+    for name, views in (("--generated", 12), ("--held-out", 6)):
+        parser.add_argument(
+            name, type=natural, default=views, metavar="N",
+            help=f"views of each scene; default: {views}",
+        )  # fmt: skip
+    add_output(parser, "table of every view, .csv or .parquet", required=True)
+    parser.add_argument(
+        "--write", action="store_true", help="replace the model that lixel.Auto uses"
+    )
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure what the table does not have yet; print the model, and how often it held."""
+    counts = {"generated": options.generated, "held out": options.held_out}
+    collect(options.folder, options.output, counts, options.line)
+    table = read(options.output)
+    model = fit(table)
+    print(json.dumps(model, indent=2))
+    print(as_text(how_often_it_held(table, model)))
+    if options.write:
+        path = Path(auto.__file__).with_name("auto_model.json")
+        path.write_text(json.dumps(model, indent=2) + "\n", encoding="utf-8")
+
+
+# --- What is measured ---
 
 
 def scenes(folder: Path) -> Iterator[tuple[str, str, Scene, list[Camera]]]:
@@ -86,28 +117,28 @@ def view_of(
 
 
 def measure(scene: Scene, camera: Camera, light: Light) -> Iterator[dict[str, Any]]:
-    """A row for each map and each method without a wrong pixel."""
+    """A row for each map and for each method that misclassifies no pixel."""
     truth = reference(scene, camera, light)
-    # Finer maps around a lamp cost more than rays.
-    is_sun = isinstance(light, DirectionalLight)
-    resolutions = auto.RESOLUTIONS if is_sun else auto.RESOLUTIONS[:-1]
+    # Finer maps around a point light cost more than rays.
+    is_directional = isinstance(light, DirectionalLight)
+    resolutions = auto.RESOLUTIONS if is_directional else auto.RESOLUTIONS[:-1]
     methods: list[Method] = [auto.map_for(light, n) for n in resolutions]
     coarse = None
     for method in (*methods, Exact(), RayTraced()):
         _, results = render_outputs(scene, camera, light, method, ("visibility",))
         visibility = results["visibility"]
         is_map = method.map_resolution is not None
-        judged = compare(visibility, truth)
+        found = compare(visibility, truth)
         timings = dict(results["timings"])
-        built = [timings.pop(key, None) for key in ("hierarchy (CPU)", "acceleration structure")]
+        built = [timings.pop(label, None) for label in passes.BUILD]
         yield {
             "method": method.name,
             "resolution": method.map_resolution,
             "layers": results["stats"]["layers"],
-            "covered": judged.covered_count,
+            "covered": found.covered_count,
             "differing": None if coarse is None else auto.differing(coarse, visibility),
-            "misclassified": judged.misclassified_count,
-            "visibility_ms": timings.pop("visibility", None),
+            "misclassified": found.misclassified_count,
+            "visibility_ms": timings.pop(passes.VISIBILITY[0], None),
             "build_ms": next((ms for ms in built if ms is not None), None),
             "gpu_ms": sum(timings.values()),
         }
@@ -187,7 +218,7 @@ def _least_squares(samples: Sequence[tuple[Sequence[float], float]]) -> list[flo
     return [round(float(value), 4) for value in coefficients]
 
 
-def judged(table: pandas.DataFrame, model: Mapping[str, Any]) -> list[dict[str, Any]]:
+def how_often_it_held(table: pandas.DataFrame, model: Mapping[str, Any]) -> list[dict[str, Any]]:
     """How often the bound of two maps held, for each set and each error that may be asked for."""
     share, slack = model["error"]["share"], model["error"]["slack"]
     pairs = table[table["differing"].notna()]
@@ -210,37 +241,3 @@ def judged(table: pandas.DataFrame, model: Mapping[str, Any]) -> list[dict[str, 
             }
         )
     return rows
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m lixel.calibration", description=(__doc__ or "").splitlines()[0]
-    )
-    parser.add_argument("folder", type=Path, help="with a scenes.json and the files that it lists")
-    parser.add_argument(
-        "--generated", type=int, default=12, metavar="N", help="views of each scene"
-    )
-    parser.add_argument("--held-out", type=int, default=6, metavar="N", help="views of each scene")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.csv")
-    parser.add_argument(
-        "--write", action="store_true", help="replace the model that lixel.Auto uses"
-    )
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    options = parser.parse_args(given)
-    # The folder's name, not where it lies on this machine.
-    told = [options.folder.name if word == str(options.folder) else word for word in given]
-    command = f"python -m lixel.calibration {shlex.join(told)}"
-    counts = {"generated": options.generated, "held out": options.held_out}
-    collect(options.folder, options.output, counts, command)
-    table = read(options.output)
-    model = fit(table)
-    print(json.dumps(model, indent=2))
-    print(as_text(judged(table, model)))
-    if options.write:
-        path = Path(auto.__file__).with_name("auto_model.json")
-        path.write_text(json.dumps(model, indent=2) + "\n", encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

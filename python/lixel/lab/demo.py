@@ -1,7 +1,8 @@
-"""Render with methods, and tell of each what it costs and how wrong it is."""
+"""Render a built-in scene with every method, and tell what each costs and misclassifies."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,28 @@ from ..methods import METHODS, Method, method_from
 from ..pictures import display
 from ..reference import reference
 from ..scene import Scene
-from .report import milliseconds, progress, say, table
+from .options import add_output, add_size, keep
+from .report import progress, say, table
+from .views import SIZE
 
-AROUND_A_LAMP = ("cube", "cube+rtw", "dual_paraboloid", "improved_paraboloid", "ray_traced")
+AROUND_A_POINT_LIGHT = ("cube", "cube+rtw", "dual_paraboloid", "improved_paraboloid", "ray_traced")
 
 
-def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `lixel demo`."""
+    parser.add_argument(
+        "--out", type=Path, default=Path("out"), metavar="FOLDER", help="default: out"
+    )
+    add_output(parser, "write the tables, with device, date and command, .csv or .parquet")
+    add_size(parser, "1920x1080", SIZE)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure and print the tables, write the pictures, and keep the tables."""
+    keep(options, measure(options.out, *options.size))
+
+
+def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     """Render a built-in scene with every method, write pictures into a folder, print two tables.
 
     Parameters
@@ -33,30 +50,31 @@ def run(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        The rows of the tables, as from `judge`, and of each its light, ``"sun"`` or ``"lamp"``.
+        The rows of the tables, as from `evaluate`, and of each its light, ``"directional"`` or
+        ``"point"``.
     """
     scene = scenes.colonnade()
     camera, sun = scene.cameras["default"].resized(width, height), scene.lights["default"]
     low, high = scene.bounds
-    lamp = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
+    point_light = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
     say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
     in_the_sun = [method() for method in METHODS.values() if method().takes(sun)]
-    around_a_lamp = [method_from(name) for name in AROUND_A_LAMP]
-    of_sun = judge(scene, camera, sun, in_the_sun, folder / "sun", repeats=3)
-    of_lamp = judge(scene, camera, lamp, around_a_lamp, folder / "lamp", repeats=3)
+    around = [method_from(name) for name in AROUND_A_POINT_LIGHT]
+    tables = {
+        "directional": evaluate(scene, camera, sun, in_the_sun, folder / "directional", 3),
+        "point": evaluate(scene, camera, point_light, around, folder / "point", 3),
+    }
     frame = render(scene, camera, sun, "exact")
     frame.save(folder / "shadows.png")
-    print("in the sun\n\n" + table(of_sun))
-    print("\nunder a lamp\n\n" + table(of_lamp))
+    for light, rows in tables.items():
+        print(f"{light} light\n\n{table(rows)}\n")
     adapter = frame.adapter
-    print(f"\non {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
-    print(f"pictures in {folder}: shadows.png, and one for each row with its wrong pixels in red")
-    return [{"light": "sun", **row} for row in of_sun] + [
-        {"light": "lamp", **row} for row in of_lamp
-    ]
+    print(f"on {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
+    print(f"pictures in {folder}: shadows.png, and one for each row with its misclassified pixels")
+    return [{"light": light, **row} for light, rows in tables.items() for row in rows]
 
 
-def judge(
+def evaluate(
     scene: Scene,
     camera: Camera,
     light: Light,
@@ -73,7 +91,7 @@ def judge(
     methods : sequence of Method
         At least one.
     folder : path, optional
-        Where the pictures with wrong pixels in red go, named by method and resolution.
+        Where the pictures with misclassified pixels in red go, named by method and resolution.
     repeats : int
         Frames of each method, in rounds; the one with the median time counts.
 
@@ -81,7 +99,7 @@ def judge(
     -------
     list of dict
         For each method its name and resolution, milliseconds on the GPU in all and per pass, and
-        the pixels that it got wrong.
+        the pixels that it misclassifies.
     """
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -108,20 +126,20 @@ def judge(
     for method, frame in zip(methods, frames, strict=True):
         name, resolution = method.spelling, method.map_resolution
         timings = {**shared, **frame["timings"]}
-        judged = compare(frame["visibility"], truth)
+        found = compare(frame["visibility"], truth)
         if folder is not None:
             size = "" if resolution is None else f"-{resolution}"
-            display.save(folder / f"{name}{size}.png", judged.picture(), frame["visibility"])
+            display.save(folder / f"{name}{size}.png", found.picture(), frame["visibility"])
         rows.append(
             {
                 "method": name,
                 "resolution": "" if resolution is None else resolution,
                 "GPU ms": sum(timings.values()),
-                "misclassified": judged.misclassified_count,
-                "% of covered": 100.0 * judged.rate_covered,
-                "false lit": judged.false_lit_count,
-                "false shadow": judged.false_shadow_count,
-                "GPU ms per pass": milliseconds(timings),
+                "misclassified": found.misclassified_count,
+                "% of covered": 100.0 * found.rate_covered,
+                "false lit": found.false_lit_count,
+                "false shadow": found.false_shadow_count,
+                "GPU ms per pass": display.milliseconds(timings),
             }
         )
     return rows

@@ -1,13 +1,14 @@
-"""How restless the shadows of each method are while the camera or the light moves.
+"""Measure how much the shadows of each method flicker while the camera or the light moves.
 
 A pixel flickers where it turns from right to wrong, or back, between two frames: where its change
 is not the reference's. Pixels of two frames are matched by the point that they see: the surface in
 the middle of a pixel is looked up in the frame before, where the pixel that it falls in must see
-the same triangle. `lixel stress --flicker` prints the table.
+the same triangle.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -20,8 +21,10 @@ import numpy.typing as npt
 from .. import scenes
 from ..arguments import count, needs
 from ..camera import Camera
+from ..compare import compare
 from ..frame import render, render_shadows
 from ..light import DirectionalLight
+from ..methods import METHODS as ALL_METHODS
 from ..methods import (
     Cascades,
     DesiredView,
@@ -34,11 +37,13 @@ from ..methods import (
     SceneOptimized,
     ShadowMapMethod,
     Uniform,
+    method_from,
 )
 from ..reference import Reference, reference
 from ..scene import Scene
-from .report import progress
-from .stress import View, wrong_pixels
+from .options import add_methods, add_output, keep
+from .report import progress, table
+from .views import View
 
 WIDTH, HEIGHT = 192, 108
 
@@ -111,7 +116,25 @@ METHODS: tuple[tuple[Method, bool], ...] = (
 """Methods, and whether each frame is given the one before as `previous`."""
 
 
-def flicker(
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `lixel lab flicker`."""
+    add_methods(parser)
+    parser.add_argument(
+        "--frames", type=int, default=120, metavar="N", help="of each motion; default: 120"
+    )
+    add_output(parser, "write a table, .csv or .parquet")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure, save and print the table."""
+    names = {method_from(name).name for name in options.method or ALL_METHODS}
+    found = measure(methods=[m for m in METHODS if m[0].name in names], frames=options.frames)
+    rows = found.astype(object).where(found.notna(), None).to_dict("records")
+    print(table(rows))
+    keep(options, rows)
+
+
+def measure(
     motions: Iterable[str] | None = None,
     methods: Iterable[tuple[Method, bool]] = METHODS,
     frames: int = 120,
@@ -134,7 +157,7 @@ def flicker(
         motion, method, `snap`, and `blend` where the frame before was given; then, as means over
         the frames: `flicker`, pixels that turn from right to wrong or back from one frame to the
         next; `truth`, pixels that change in the reference; `compared`, pixels that two frames both
-        see and no tie settles; `wrong`, misclassified pixels of a frame.
+        see and no tie settles; `misclassified` pixels of a frame.
 
     Raises
     ------
@@ -160,7 +183,7 @@ def flicker(
             for (old, new), (here, there) in zip(itertools.pairwise(truths), matches, strict=True)
         ]
         for method, follows in progress(chosen, name):
-            wrong = _wrong(views, truths, method, follows)
+            wrong = _misclassified(views, truths, method, follows)
             turned = [
                 np.count_nonzero(old.ravel()[there] != new.ravel()[here])
                 for (old, new), (here, there) in zip(
@@ -177,16 +200,18 @@ def flicker(
                     "flicker": float(np.mean(turned)),
                     "truth": float(np.mean(changes)),
                     "compared": float(np.mean([here.size for here, _ in matches])),
-                    "wrong": float(np.mean([np.count_nonzero(of_frame) for of_frame in wrong])),
+                    "misclassified": float(
+                        np.mean([np.count_nonzero(of_frame) for of_frame in wrong])
+                    ),
                 }
             )
     return pandas.DataFrame(rows)
 
 
-def _wrong(
+def _misclassified(
     views: list[View], truths: list[Reference], method: Method, follows: bool
 ) -> list[npt.NDArray[np.bool_]]:
-    """The wrong pixels of each frame."""
+    """The misclassified pixels of each frame."""
     if isinstance(method, ShadowMapMethod):
         method = replace(method, resolution=RESOLUTION)
     wrong = []
@@ -197,14 +222,15 @@ def _wrong(
             method = cast(Method, replace(cast(Any, method), previous=frame))
         else:
             visibility = render_shadows(*view, method)
-        wrong.append(wrong_pixels(visibility, truth))
+        found = compare(visibility, truth, other_surfaces="count")
+        wrong.append(found.misclassified)
     return wrong
 
 
 def _match(old: Reference, new: Reference) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Pixels of the new picture, and those of the old one that see the same place; no ties."""
-    judged = [truth.covered & ~truth.tie & ~truth.triangle_tie for truth in (old, new)]
-    here = np.flatnonzero(judged[1])
+    counted = [truth.covered & ~truth.tie & ~truth.triangle_tie for truth in (old, new)]
+    here = np.flatnonzero(counted[1])
     camera = old.camera
     places = camera.project(new.position.reshape(-1, 3)[here])
     column, row = np.floor(places[:, :2].T)
@@ -212,6 +238,6 @@ def _match(old: Reference, new: Reference) -> tuple[npt.NDArray[np.int64], npt.N
     inside &= (row >= 0) & (row < camera.height)
     here = here[inside]
     there = (row[inside] * camera.width + column[inside]).astype(np.int64)
-    is_same = judged[0].ravel()[there]
+    is_same = counted[0].ravel()[there]
     is_same &= old.triangle_id.ravel()[there] == new.triangle_id.ravel()[here]
     return here[is_same], there[is_same]

@@ -1,25 +1,23 @@
-"""How time and work grow with triangles and with pixels.
+"""Measure how time and work grow with triangles and with pixels.
 
 One scene, objects on a floor, in finer and finer triangles, and in larger and larger images: where
 time doubles with what doubles, the exponent between two rows is 1. `exact` comes with the warp
 that balances its lists, and without.
-
-    python -m lixel.growth -o growth.csv
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import needs
 from ..methods import DesiredView, Exact, Method, RayTraced
-from .report import say
+from . import passes
+from .options import add_output, keep
 from .report import table as as_text
-from .result_tables import check_table_path, provenance, save
 from .study import study
 
 if TYPE_CHECKING:
@@ -42,14 +40,28 @@ SUBDIVISION, SIZE = 4, (1280, 800)
 """What stays while the other grows."""
 
 COUNTERS = {
-    "items": "stats.caster tests.work_items",
-    "tests": "stats.caster tests.tests",
-    "longest list": "stats.receiver lists.longest_list",
-    "longest walk": "stats.shadow rays.longest_walk",
+    "items": f"stats.{passes.CASTER_TESTS}.work_items",
+    "tests": f"stats.{passes.CASTER_TESTS}.tests",
+    "longest list": f"stats.{passes.RECEIVER_LISTS}.longest_list",
+    "longest walk": f"stats.{passes.SHADOW_RAYS}.longest_walk",
 }
 
 
-def growth(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `lixel lab growth`."""
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed frames")
+    add_output(parser, "write a table, .csv or .parquet")
+    parser.add_argument("--journal", type=Path, metavar="FILE", help="go on there after a stop")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure, print and save both series."""
+    rows = measure(options.repeats, options.journal).to_dict("records")
+    print(as_text(rows))
+    keep(options, rows)
+
+
+def measure(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
     """Times and counters of both series.
 
     Parameters
@@ -64,7 +76,7 @@ def growth(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
     pandas.DataFrame
         A row for each step of a series (``grows``: triangles or pixels) and method: ``triangles``,
         ``pixels``; ``gpu_ms``, the median; ``exponent`` of the time since the step before;
-        wrong pixels; counters.
+        ``misclassified`` pixels; counters.
     """
     pandas = needs("pandas", "study")
     series = {
@@ -100,23 +112,3 @@ def growth(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
                 before[name] = row
                 rows.append(row)
     return pandas.DataFrame(rows)
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure and print both series."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--repeats", type=int, default=3, metavar="N")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write a table")
-    parser.add_argument("--journal", type=Path, metavar="FILE", help="go on there after a stop")
-    options = parser.parse_args(arguments)
-    if options.output is not None:
-        check_table_path("output", options.output)
-    found = growth(options.repeats, options.journal)
-    print(as_text(found.to_dict("records")))
-    if options.output is not None:
-        save(found.assign(**provenance("python -m lixel.growth")), options.output)
-        say(f"wrote {options.output}")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,14 +1,115 @@
-"""Texts of the commands' options as values."""
+"""Options that several commands of `lixel` share, and what their texts mean."""
 
 from __future__ import annotations
 
 import argparse
 import ast
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
-from ..methods import Method, method_from
+from ..camera import Camera
+from ..light import Light
+from ..load import FORMATS
+from ..methods import METHODS, Method, method_from
+from ..scene import Scene
+from ..scenes import GENERATORS
+from .result_tables import write
+from .views import scene_and_views
+
+CAMERA_HELP = """name or index of a camera of the scene or of --views, or "eye;target;yfov" or
+"eye;target;yfov;up": points as x,y,z, the vertical angle of view in radians, or in degrees as in
+60deg; default: the first camera, or one that sees the whole scene"""
+
+LIGHT_HELP = """name or index of a light of the scene or of --views, or "x,y,z", the direction from
+the light towards the scene; default: the first light, or a sun from above"""
+
+VIEWS_HELP = """file with cameras (eye, target, up, fov_y_deg) and lights (kind, direction) to use
+instead of the scene's own; in a list of such objects, the one whose "file" is the scene's name"""
+
+SCENE_HELP = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENERATORS)}"
+
+MORE = "may be given more than once"
+
+TABLES = (".csv", ".parquet")
+
+
+# --- Options ---
+
+
+def add_view(parser: argparse.ArgumentParser) -> None:
+    """`--camera`, `--light`, `--views` and `--size`."""
+    parser.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
+    parser.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
+    parser.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
+    add_size(parser, "the camera's own, or 1920x1080")
+
+
+def add_size(
+    parser: argparse.ArgumentParser, words: str, default: tuple[int, int] | None = None
+) -> None:
+    """`--size`, and its default in words."""
+    parser.add_argument(
+        "--size", type=image_size, default=default, metavar="WxH",
+        help=f"size of the image in pixels; default: {words}",
+    )  # fmt: skip
+
+
+def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
+    """`--method`, a list."""
+    parser.add_argument(
+        "--method", action="append", metavar="NAME",
+        help=f"one of {', '.join(METHODS)}; {MORE}; default: {default}",
+    )  # fmt: skip
+
+
+def add_one_method(parser: argparse.ArgumentParser, resolution: int | None = None) -> None:
+    """`--method` and `--resolution`, one of each, and `--set`."""
+    parser.add_argument(
+        "--method", default="desired_view", metavar="NAME", help=f"one of {', '.join(METHODS)}"
+    )
+    parser.add_argument(
+        "--resolution", type=int, default=resolution, metavar="N",
+        help=f"texels along a side of the map; default: {resolution or 'that of the method'}",
+    )  # fmt: skip
+    add_parameters(parser)
+
+
+def add_resolutions(parser: argparse.ArgumentParser, default: str) -> None:
+    """`--resolution`, a list, and its default in words."""
+    parser.add_argument(
+        "--resolution", action="append", type=int, metavar="N",
+        help=f"texels along a side of the map; {MORE}; default: {default}",
+    )  # fmt: skip
+
+
+def add_parameters(parser: argparse.ArgumentParser, several: str = "") -> None:
+    """`--set`, a list of names with values."""
+    parser.add_argument(
+        "--set", dest="parameters", action="append", default=[], type=parameter,
+        metavar="NAME=VALUE", help=f"another parameter of the method;{several} {MORE}",
+    )  # fmt: skip
+
+
+def add_output(
+    parser: argparse.ArgumentParser, words: str, endings: Sequence[str] = TABLES, **more: Any
+) -> None:
+    """`-o`, a path with one of some endings, and in words what is written there."""
+    more = {"type": path_ending_in(*endings), "metavar": "FILE", **more}
+    parser.add_argument("-o", "--output", help=words, **more)
+
+
+# --- What their texts mean ---
+
+
+def view_of(options: argparse.Namespace) -> tuple[Scene, Camera, Light]:
+    """The scene, camera and light that a command's options name."""
+    scene, views = scene_and_views(options.scene, options.views)
+    camera = views.camera(options.camera, scene)
+    if options.size is not None:
+        camera = camera.resized(*options.size)
+    return scene, camera, views.light(options.light)
 
 
 def image_size(text: str) -> tuple[int, int]:
@@ -17,6 +118,13 @@ def image_size(text: str) -> tuple[int, int]:
     if not (separator and width.isdecimal() and height.isdecimal()):
         raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, got {text!r}")
     return int(width), int(height)
+
+
+def natural(text: str) -> int:
+    """A count, zero or more."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"must be a whole number and not negative, got {text!r}")
+    return int(text)
 
 
 def parameter(text: str) -> tuple[str, Any]:
@@ -41,3 +149,21 @@ def method_with(name: str, resolution: int | None, parameters: Sequence[tuple[st
         if key not in known:
             raise ValueError(f"parameter of {name} must be one of {', '.join(known)}, got {key!r}")
     return replace(method, **values)
+
+
+def path_ending_in(*endings: str) -> Callable[[str], Path]:
+    """What makes a path of a text: it refuses other endings before the work, not after it."""
+
+    def path_of(text: str) -> Path:
+        if Path(text).suffix.lower() not in endings:
+            words = f"{', '.join(endings[:-1])} or {endings[-1]}"
+            raise argparse.ArgumentTypeError(f"must end in {words}, got {text!r}")
+        return Path(text)
+
+    return path_of
+
+
+def keep(options: argparse.Namespace, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows into the table that `-o` names, where it does."""
+    if options.output is not None:
+        write(options.output, options.line, rows)

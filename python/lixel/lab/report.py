@@ -39,11 +39,6 @@ def _cell(value: Any) -> str:
     return str(value)
 
 
-def milliseconds(timings: Mapping[str, float]) -> str:
-    """Times per pass on one line, in the order of the passes."""
-    return ", ".join(f"{name} {ms:.2f}" for name, ms in timings.items()) or "-"
-
-
 def progress(
     items: Iterable[Item], label: str, total: int | None = None, done: int = 0
 ) -> Iterator[Item]:

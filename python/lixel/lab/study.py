@@ -1,55 +1,53 @@
-"""Studies: scenes x cameras x lights x methods x parameters, measured into one table."""
+"""Measure scenes x cameras x lights x methods x parameters into one table."""
 
 from __future__ import annotations
 
+import argparse
 import concurrent.futures
-import hashlib
-import inspect
+import contextlib
 import itertools
-import json
 import math
-import time
+import multiprocessing
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from datetime import datetime, timezone
-from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from .. import __path__ as package_path
-from .._core import DeviceError, __version__
-from ..arguments import count, instance, needs
+from .._core import __version__
+from ..arguments import count, needs
 from ..camera import Camera
-from ..compare import compare
-from ..frame import render, render_outputs
-from ..light import LIGHTS, DirectionalLight, Light
-from ..load import load
+from ..light import Light
 from ..methods import METHODS, Method, method_from
-from ..reference import Reference, reference
-from ..scene import Scene
-from ..scenes import GENERATORS
-from .peers import moved_by_a_hair
+from .cases import Case, SceneLike, Source, Views, canonical, cases_of
+from .options import (
+    SCENE_HELP,
+    add_methods,
+    add_output,
+    add_parameters,
+    add_resolutions,
+    add_view,
+    path_ending_in,
+)
 from .report import progress as show_progress
 from .report import say
+from .report import table as as_text
+from .result_tables import save
+from .samples import Journal, Record, sample
+from .views import scene_and_views
 
 if TYPE_CHECKING:
     import pandas
 
 Value = TypeVar("Value")
-Record: TypeAlias = dict[str, Any]
-SceneLike: TypeAlias = str | Path | tuple[str, Mapping[str, Any]] | Scene
-Views: TypeAlias = Value | Sequence[Value] | Mapping[str, Value] | Mapping[str, Mapping[str, Value]]
-
-SUN = (0.4, -0.8, -0.45)
 
 # Samples that travel to a worker together: enough to make the way there cheap, few enough that
 # little is lost with a worker.
-_MOST_IN_A_TASK = 8
+_MAX_IN_A_TASK = 8
 _TASKS = 64
+
+DEFAULT_SCENE = "colonnade"
 
 
 def study(
@@ -67,7 +65,7 @@ def study(
 ) -> pandas.DataFrame:
     """Measure every combination of scenes, cameras, lights, methods and parameters.
 
-    Each case is rendered once from its own camera and judged against `reference`. Then come
+    Each case is rendered once from its own camera and compared with `reference`. Then come
     `repeats` timed frames, each from the camera moved by a hair so that nothing is kept from the
     frame before. The cases of a scene take turns, frame by frame, so that a drift of the machine
     hits all alike. A case that cannot be rendered, such as a method that does not have the kind of
@@ -139,22 +137,20 @@ def study(
     """
     pandas = needs("pandas", "study")
     repeats = count("repeats", repeats, "frames")
-    cases = list(_cases(scenes, cameras, lights, methods, parameters, size))
-    book = _Journal(None if journal is None else Path(journal), {case.key for case in cases})
+    cases = list(cases_of(scenes, cameras, lights, methods, parameters, size))
+    log = Journal(None if journal is None else Path(journal), {case.key for case in cases})
     samples = [
         (case, turn)
         for _, group in itertools.groupby(cases, key=lambda case: case.source)
         for turn, case in itertools.product(range(repeats), list(group))
     ]
-    missing = [(case, turn) for case, turn in samples if not book.has(case.key, turn)]
-    complete = _run(missing, executor, book, progress, len(samples))
-    rows = [row for case in cases for row in _rows(case, book.of(case.key))]
+    missing = [(case, turn) for case, turn in samples if not log.has(case.key, turn)]
+    complete = _run(missing, executor, log, progress, len(samples))
+    rows = [row for case in cases for row in _rows(case, log.of(case.key))]
     # Part by part, so that a parameter that only the last method has stands with the others.
     columns = [name for part in zip(*rows, strict=True) for name in _merged(part)]
-    table = pandas.DataFrame(
-        [{name: value for part in row for name, value in part.items()} for row in rows],
-        columns=columns,
-    )
+    cells = [{name: value for part in row for name, value in part.items()} for row in rows]
+    table = pandas.DataFrame(cells, columns=columns)
     table.attrs["complete"] = complete
     return table
 
@@ -193,242 +189,13 @@ def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dic
     ]
 
 
-# --- Cases ---
-
-
-@dataclass(frozen=True)
-class _Source:
-    """How a worker gets a scene; two are equal where the geometry is."""
-
-    key: str
-    name: str = field(compare=False)
-    origin: SceneLike = field(compare=False)
-
-
-@dataclass(frozen=True)
-class _Case:
-    """One row of the table; two are equal where all that they depend on is."""
-
-    key: str
-    source: _Source = field(compare=False)
-    triangles: int = field(compare=False)
-    camera_name: str = field(compare=False)
-    camera: Camera = field(compare=False)
-    light_name: str = field(compare=False)
-    light: Light = field(compare=False)
-    method: Method = field(compare=False)
-
-
-def _cases(
-    scenes: SceneLike | Sequence[SceneLike] | Mapping[str, SceneLike],
-    cameras: Views[Camera] | None,
-    lights: Views[Light] | None,
-    methods: str | Method | Iterable[str | Method] | None,
-    parameters: Mapping[str, Iterable[Any]] | None,
-    size: tuple[int, int] | None,
-) -> Iterator[_Case]:
-    variants = _variants(methods, parameters)
-    for name, origin in _named_scenes(scenes).items():
-        scene = _made(origin)
-        digest = hashlib.sha256(scene.vertices.tobytes() + scene.faces.tobytes()).hexdigest()
-        source = _Source(digest, name, origin)
-        seen_by = _views_of(name, "cameras", cameras, scene.cameras, (Camera,))
-        lit_by = _views_of(name, "lights", lights, scene.lights, LIGHTS)
-        for (camera_name, camera), (light_name, light), method in itertools.product(
-            (seen_by or {"all": see_all(scene)}).items(),
-            (lit_by or {"sun": DirectionalLight(SUN)}).items(),
-            variants,
-        ):
-            if not method.takes(light):
-                continue
-            sized = camera if size is None else camera.resized(*size)
-            identity = (
-                digest, repr(sized), repr(light), method.name,
-                _canonical(method.parameters()), __version__, _build(),
-            )  # fmt: skip
-            key = hashlib.sha256(repr(identity).encode()).hexdigest()[:24]
-            yield _Case(
-                key, source, scene.triangle_count, camera_name, sized, light_name, light, method
-            )
-
-
-def _variants(
-    methods: str | Method | Iterable[str | Method] | None,
-    parameters: Mapping[str, Iterable[Any]] | None,
-) -> list[Method]:
-    """Every method with every combination of the parameters that it has, each once."""
-    if methods is None:
-        chosen = [method_from(name) for name in METHODS]
-    elif isinstance(methods, str) or not isinstance(methods, Iterable):
-        chosen = [method_from(methods)]
-    else:
-        chosen = [method_from(method) for method in methods]
-    values = {name: list(choices) for name, choices in (parameters or {}).items()}
-    known = sorted({f.name for method in chosen for f in fields(method)})
-    for name, choices in values.items():
-        if name not in known:
-            raise ValueError(f"parameters must be among {', '.join(known)}, got {name!r}")
-        if not choices:
-            raise ValueError(f"parameters[{name!r}] must have at least one value, got none")
-    variants: dict[str, Method] = {}
-    for method in chosen:
-        own = [name for name in values if name in {f.name for f in fields(method)}]
-        for combination in itertools.product(*(values[name] for name in own)):
-            variant = replace(method, **dict(zip(own, combination, strict=True)))
-            variants.setdefault(repr((variant.name, _canonical(variant.parameters()))), variant)
-    return list(variants.values())
-
-
-def _named_scenes(
-    scenes: SceneLike | Sequence[SceneLike] | Mapping[str, SceneLike],
-) -> dict[str, SceneLike]:
-    if isinstance(scenes, Mapping):
-        return {str(name): scene for name, scene in scenes.items()}
-    listed: Sequence[SceneLike]
-    if isinstance(scenes, (str, Path, Scene)):
-        listed = [scenes]
-    elif isinstance(scenes, tuple) and len(scenes) == 2 and isinstance(scenes[1], Mapping):
-        # The name of a generator with its arguments.
-        listed = [scenes]
-    else:
-        listed = scenes
-    named: dict[str, SceneLike] = {}
-    for number, scene in enumerate(listed):
-        if isinstance(scene, Scene):
-            name = f"scene {number}"
-        elif isinstance(scene, tuple):
-            name = ", ".join([scene[0], *(f"{k}={v}" for k, v in scene[1].items())])
-        else:
-            name = Path(scene).stem
-        if name in named:
-            raise ValueError(f"scenes must differ in name, got {name!r} twice: use a mapping")
-        named[name] = scene
-    return named
-
-
-def _made(origin: SceneLike) -> Scene:
-    if isinstance(origin, Scene):
-        return origin
-    name, arguments = origin if isinstance(origin, tuple) else (origin, {})
-    if str(name) in GENERATORS:
-        return GENERATORS[str(name)](**arguments)
-    if isinstance(origin, tuple):
-        raise ValueError(f"scenes must name one of {', '.join(GENERATORS)}, got {name!r}")
-    return load(name)
-
-
-def _views_of(
-    scene: str,
-    argument: str,
-    given: Views[Value] | None,
-    own: Mapping[str, Value],
-    kinds: tuple[type[Value], ...],
-) -> dict[str, Value]:
-    """The cameras or lights of a scene, by name."""
-    if given is None:
-        return dict(own)
-    if isinstance(given, kinds):
-        named: Mapping[str, Any] = {"0": given}
-    elif isinstance(given, Mapping):
-        nested = any(isinstance(value, Mapping) for value in given.values())
-        if nested and scene not in given:
-            raise ValueError(f"{argument} must have an entry for the scene {scene!r}")
-        named = given[scene] if nested else given  # type: ignore[assignment]
-    else:
-        named = {str(i): view for i, view in enumerate(given)}  # type: ignore[arg-type]
-    for name, view in named.items():
-        instance(f"{argument}[{name!r}]", view, *kinds)
-    return {str(name): view for name, view in named.items()}
-
-
-def see_all(scene: Scene, width: int = 1920, height: int = 1080) -> Camera:
-    """A camera that looks down at the scene's box, all of it in view."""
-    low, high = scene.bounds
-    centre, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    yfov = 0.8
-    away = np.array((0.5, 0.45, 0.75))
-    eye = centre + away / np.linalg.norm(away) * (radius or 1.0) / math.sin(yfov / 2)
-    return Camera.look_at(eye, centre, yfov=yfov, width=width, height=height)
-
-
-def _canonical(value: Any) -> Any:
-    """The value in a form whose repr is the same in every process."""
-    if isinstance(value, Mapping):
-        return sorted((str(name), _canonical(item)) for name, item in value.items())
-    if isinstance(value, (list, tuple)):
-        return [_canonical(item) for item in value]
-    if isinstance(value, np.ndarray):
-        return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
-    if inspect.isfunction(value):
-        return value.__qualname__, inspect.getsource(value)
-    return value
-
-
-@cache
-def _build() -> str:
-    """A hash of the compiled core, which holds the methods and their shaders."""
-    digest = hashlib.sha256()
-    for folder in package_path:
-        for file in sorted(Path(folder).glob("_core*")):
-            if file.suffix != ".pyi":
-                digest.update(file.read_bytes())
-    return digest.hexdigest()
-
-
-# --- The journal ---
-
-
-class _Journal:
-    """The samples measured so far, and a file that outlives the process."""
-
-    def __init__(self, path: Path | None, wanted: set[str]) -> None:
-        self.path = path
-        self.records: dict[str, dict[int, Record]] = defaultdict(dict)
-        if path is None or not path.exists():
-            return
-        content = path.read_bytes()
-        # A process that was killed may have left half a line.
-        whole = content[: content.rfind(b"\n") + 1]
-        for number, line in enumerate(whole.splitlines(), 1):
-            try:
-                record = json.loads(line)
-                case, turn = record["case"], record["turn"]
-            except (ValueError, KeyError, TypeError):
-                raise ValueError(
-                    f"journal must hold samples of a study, got {str(path)!r}, line {number}"
-                ) from None
-            if case in wanted:
-                self.records[case][turn] = record
-        if len(whole) < len(content):
-            with path.open("r+b") as file:
-                file.truncate(len(whole))
-
-    def has(self, case: str, turn: int) -> bool:
-        found = self.records.get(case, {})
-        # A case that cannot be rendered has no further samples.
-        return turn in found or any("error" in record for record in found.values())
-
-    def of(self, case: str) -> list[Record]:
-        return [record for _, record in sorted(self.records.get(case, {}).items())]
-
-    def add(self, records: Iterable[Record]) -> None:
-        records = list(records)
-        for record in records:
-            self.records[record["case"]][record["turn"]] = record
-        if self.path is not None:
-            # What a device could not do today it may do tomorrow.
-            lines = [json.dumps(r) + "\n" for r in records if not r.get("transient")]
-            with self.path.open("a", encoding="utf-8") as file:
-                file.write("".join(lines))
-
-
 # --- The work ---
 
 
 def _run(
-    missing: Sequence[tuple[_Case, int]],
+    missing: Sequence[tuple[Case, int]],
     executor: concurrent.futures.Executor | None,
-    book: _Journal,
+    log: Journal,
     progress: bool,
     total: int,
 ) -> bool:
@@ -437,10 +204,10 @@ def _run(
     try:
         if executor is None:
             for case, turn in _shown(missing, progress, total, done):
-                if not book.has(case.key, turn):
-                    book.add([_sample(case, turn)])
+                if not log.has(case.key, turn):
+                    log.add([sample(case, turn)])
         else:
-            _spread(missing, executor, book, progress, total)
+            _spread(missing, executor, log, progress, total)
     except KeyboardInterrupt:
         say("study: stopped; the table holds what was measured until now")
         return False
@@ -448,9 +215,9 @@ def _run(
 
 
 def _spread(
-    missing: Sequence[tuple[_Case, int]],
+    missing: Sequence[tuple[Case, int]],
     executor: concurrent.futures.Executor,
-    book: _Journal,
+    log: Journal,
     progress: bool,
     total: int,
 ) -> None:
@@ -460,7 +227,7 @@ def _spread(
 
     def arrivals() -> Iterator[None]:
         for future in concurrent.futures.as_completed(futures):
-            book.add(future.result())
+            log.add(future.result())
             kept.add(future)
             yield from itertools.repeat(None, futures[future])
 
@@ -472,28 +239,28 @@ def _spread(
             future.cancel()
         for future in futures.keys() - kept:
             if future.done() and not future.cancelled() and future.exception() is None:
-                book.add(future.result())
+                log.add(future.result())
 
 
-def _tasks(missing: Sequence[tuple[_Case, int]]) -> Iterator[list[tuple[_Case, int]]]:
+def _tasks(missing: Sequence[tuple[Case, int]]) -> Iterator[list[tuple[Case, int]]]:
     """Samples in their order. Those of a view stay together as far as a task allows it: each worker
     casts the rays of a view's reference for itself."""
-    most = min(_MOST_IN_A_TASK, math.ceil(len(missing) / _TASKS))
+    most = min(_MAX_IN_A_TASK, math.ceil(len(missing) / _TASKS))
 
-    def stage(sample: tuple[_Case, int]) -> tuple[_Source, int]:
+    def scene_of(sample: tuple[Case, int]) -> tuple[Source, int]:
         return sample[0].source, sample[1]
 
-    def view(sample: tuple[_Case, int]) -> tuple[_Source, int, Camera, Light]:
-        return *stage(sample), sample[0].camera, sample[0].light
+    def view(sample: tuple[Case, int]) -> tuple[Source, int, Camera, Light]:
+        return *scene_of(sample), sample[0].camera, sample[0].light
 
-    task: list[tuple[_Case, int]] = []
+    task: list[tuple[Case, int]] = []
     for _, group in itertools.groupby(missing, key=view):
         samples = list(group)
         # A half more than the most is still one piece.
         size = math.ceil(len(samples) / max(1, round(len(samples) / most)))
         for i in range(0, len(samples), size):
             piece = samples[i : i + size]
-            if task and (len(task) + len(piece) > most or stage(task[0]) != stage(piece[0])):
+            if task and (len(task) + len(piece) > most or scene_of(task[0]) != scene_of(piece[0])):
                 yield task
                 task = []
             task += piece
@@ -505,88 +272,15 @@ def _shown(items: Iterable[Value], progress: bool, total: int, done: int) -> Ite
     return show_progress(items, "study", total, done) if progress else iter(items)
 
 
-def _samples(task: Sequence[tuple[_Case, int]]) -> list[Record]:
+def _samples(task: Sequence[tuple[Case, int]]) -> list[Record]:
     """In a worker."""
-    return [_sample(case, turn) for case, turn in task]
-
-
-def _sample(case: _Case, turn: int) -> Record:
-    """One timed frame of a case; the first sample also judges it."""
-    record: Record = {"case": case.key, "turn": turn}
-    try:
-        stage = _stage(case.source)
-        if turn == 0:
-            record["judged"] = _judge(case, stage.scene)
-        elif case.key not in stage.warm:
-            render_outputs(stage.scene, case.camera, case.light, case.method, ("visibility",))
-        stage.warm.add(case.key)
-        # Elsewhere for each case, too: a camera that was just seen would cost nothing.
-        random = np.random.default_rng((turn, int(case.key, 16)))
-        camera = moved_by_a_hair(case.camera, stage.scene, random)
-        start = time.perf_counter()
-        _, results = render_outputs(stage.scene, camera, case.light, case.method, ("visibility",))
-        record["wall_ms"] = 1e3 * (time.perf_counter() - start)
-        record["pass_ms"] = results["timings"]
-        if turn == 0:
-            record["stats"] = results["stats"]
-        adapter = results["adapter"]
-        record["date"] = datetime.now(timezone.utc).date().isoformat()
-        record["device"], record["driver"] = adapter.get("name", ""), adapter.get("driver", "")
-    except (ValueError, DeviceError) as error:
-        record["error"] = f"{type(error).__name__}: {error}"
-        record["transient"] = isinstance(error, DeviceError)
-    return record
-
-
-@dataclass(frozen=True)
-class _Stage:
-    """A scene, and the cases that were rendered since it was made: their pipelines are compiled,
-    their memory is allocated."""
-
-    scene: Scene
-    warm: set[str] = field(default_factory=set)
-
-
-# A study goes through the scenes one by one, and through the views of each in the same order.
-@lru_cache(maxsize=2)
-def _stage(source: _Source) -> _Stage:
-    return _Stage(_made(source.origin))
-
-
-@lru_cache(maxsize=2)
-def _truth(source: _Source, camera: Camera, light: Light) -> Reference:
-    return reference(_stage(source).scene, camera, light)
-
-
-def _judge(case: _Case, scene: Scene) -> Record:
-    frame = render(scene, case.camera, case.light, case.method)
-    truth = _truth(case.source, case.camera, case.light)
-    aliasing = frame.aliasing_error[truth.facing]
-    return {
-        **compare(frame, truth).as_dict(),
-        "aliasing_largest": frame.largest_aliasing_error,
-        **_aliasing(aliasing[~np.isnan(aliasing)]),
-        # The core stores depth and triangle of a texel in 64 bits.
-        "map_bytes": 8 * frame.shadow_map.size + frame.warp_map.nbytes,
-    }
-
-
-def _aliasing(errors: npt.NDArray[np.float32]) -> dict[str, float | None]:
-    if not errors.size:
-        return dict.fromkeys(("aliasing_median", "aliasing_p95", "aliasing_above_1"))
-    # By rank, not interpolated: errors may be infinite.
-    median, p95 = np.percentile(errors, (50, 95), method="higher")
-    return {
-        "aliasing_median": float(median),
-        "aliasing_p95": float(p95),
-        "aliasing_above_1": float(np.mean(errors > 1.0)),
-    }
+    return [sample(case, turn) for case, turn in task]
 
 
 # --- The table ---
 
 
-def _rows(case: _Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, Any], ...]]:
+def _rows(case: Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, Any], ...]]:
     """A row for each device, in parts."""
     by_device: dict[tuple[str, str], list[Record]] = defaultdict(list)
     for record in records:
@@ -612,7 +306,7 @@ def _rows(case: _Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, An
                 **_spread_of("wall_ms", [record["wall_ms"] for record in timed]),
             },
             _medians([record["pass_ms"] for record in timed]),
-            merged.get("judged", {}),
+            merged.get("comparison", {}),
             dict(_counters("stats", merged.get("stats", {}))),
             {
                 "device": device,
@@ -665,4 +359,103 @@ def _cell(value: Any) -> Any:
         return value
     if isinstance(value, (list, tuple)) and all(isinstance(item, str) for item in value):
         return ", ".join(value)
-    return repr(_canonical(value))
+    return repr(canonical(value))
+
+
+# --- The command ---
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `lixel lab study`."""
+    words = f"{SCENE_HELP}; default: {DEFAULT_SCENE}"
+    parser.add_argument("scenes", nargs="*", metavar="FILE", help=words)
+    add_view(parser)
+    parser.add_argument(
+        "--all-views", action="store_true", help="every camera with every light, not the first only"
+    )
+    add_methods(parser)
+    add_resolutions(parser, "512, 1024 and 2048")
+    add_parameters(parser, " with several values, joined by commas, each is taken in turn;")
+    parser.add_argument("--repeats", type=int, default=5, metavar="N", help="timed frames")
+    parser.add_argument(
+        "--workers", type=int, metavar="N",
+        help="processes; they disturb each other's times, but not the counts of pixels",
+    )  # fmt: skip
+    add_output(
+        parser,
+        "table with all that was measured, .csv or .parquet; FILE.jsonl beside it keeps every "
+        "sample, so that a command that was stopped goes on there",
+    )
+    parser.add_argument(
+        "--plot", type=path_ending_in(".png", ".svg", ".pdf"), metavar="FILE",
+        help="picture of time against error with the Pareto front, .png, .svg or .pdf",
+    )  # fmt: skip
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure, save and print a study."""
+    names = options.scenes or [DEFAULT_SCENE]
+    cameras, lights = _views_of_options(options, names)
+    parameters = {
+        # The lookup=auto,depth of a command line is a text with a comma in it.
+        name: value.split(",") if isinstance(value, str) else np.atleast_1d(value).tolist()
+        for name, value in options.parameters
+    }
+    chosen = [method_from(name) for name in options.method or METHODS]
+    if options.resolution or any(hasattr(method, "resolution") for method in chosen):
+        parameters = {"resolution": options.resolution or [512, 1024, 2048], **parameters}
+    with contextlib.ExitStack() as stack:
+        executor = None
+        if options.workers is not None:
+            # A device does not survive a fork.
+            context = multiprocessing.get_context("spawn")
+            executor = stack.enter_context(
+                concurrent.futures.ProcessPoolExecutor(options.workers, mp_context=context)
+            )
+        table = study(
+            names,
+            cameras=cameras,
+            lights=lights,
+            methods=chosen,
+            parameters=parameters,
+            size=options.size,
+            repeats=options.repeats,
+            journal=options.output and options.output.with_name(options.output.name + ".jsonl"),
+            executor=executor,
+        )
+    if options.output is not None:
+        save(table.assign(command=options.line), options.output)
+    if options.plot is not None:
+        _plot(table, options.plot)
+    print(as_text(summary(table, parameters)))
+    if not table.attrs["complete"]:
+        raise KeyboardInterrupt
+
+
+def _views_of_options(
+    options: argparse.Namespace, names: Sequence[str]
+) -> tuple[dict[str, dict[str, Camera]], dict[str, dict[str, Light]]]:
+    """Cameras and lights of each scene, by the scene's name."""
+    cameras: dict[str, dict[str, Camera]] = {}
+    lights: dict[str, dict[str, Light]] = {}
+    for name in names:
+        scene, views = scene_and_views(name, options.views)
+        label = Path(name).stem
+        if options.all_views:
+            cameras[label], lights[label] = views.cameras, views.lights
+        cameras[label] = cameras.get(label) or {
+            options.camera or "first": views.camera(options.camera, scene)
+        }
+        lights[label] = lights.get(label) or {options.light or "first": views.light(options.light)}
+    return cameras, lights
+
+
+def _plot(table: pandas.DataFrame, path: Path) -> None:
+    import matplotlib as mpl
+
+    from ..pictures import plots
+
+    mpl.use("agg")  # no window
+    (ax, *_) = plots.time_against_error_by_view(table)
+    figure: Any = ax.figure
+    figure.savefig(path, dpi=150)

@@ -7,19 +7,22 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
+from ..default_view import SUN, see_all
 from ..light import DirectionalLight, Light, PointLight, SpotLight
 from ..load import FORMATS, load
 from ..scene import Scene
 from ..scenes import GENERATORS
-from .study import SUN, see_all
 
 SIZE = (1920, 1080)
+"""Pixels of a camera that says nothing of its image."""
+
+View: TypeAlias = tuple[Scene, Camera, Light]
 
 Value = TypeVar("Value")
 
@@ -102,7 +105,7 @@ class Views:
     def light(self, text: str | None) -> Light:
         """The light of a name, an index or a direction; a suitable one for None."""
         if text is None:
-            return next(iter(self.lights.values()), None) or DirectionalLight(SUN)
+            return next(iter(self.lights.values()), None) or SUN
         if "," in text:
             return DirectionalLight(_point("light", text))
         if text in self.unsupported:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +61,11 @@ def html_figure(
         f'src="data:image/png;base64,{source}">'
         f"<table><caption>{html.escape(title)}</caption>{cells}</table></div>"
     )
+
+
+def milliseconds(timings: Mapping[str, float]) -> str:
+    """Times per pass on one line, in the order of the passes."""
+    return ", ".join(f"{name} {ms:.2f}" for name, ms in timings.items()) or "-"
 
 
 def _text(value: object) -> str:

@@ -14,9 +14,8 @@ from .._core import DeviceError
 from ..arguments import count, needs
 from ..camera import Camera
 from ..compare import compare
+from ..default_view import SUN, see_all
 from ..frame import Frame, check_view, render
-from ..lab.report import milliseconds
-from ..lab.study import SUN, see_all
 from ..light import DirectionalLight, Light
 from ..methods import METHODS
 from ..reference import reference
@@ -65,7 +64,7 @@ def explore(
     widgets = needs("ipywidgets", "notebook")
     size = (count("width", width, "pixels"), count("height", height, "pixels"))
     start_camera = camera or next(iter(scene.cameras.values()), None) or see_all(scene)
-    start_light = light or next(iter(scene.lights.values()), None) or DirectionalLight(SUN)
+    start_light = light or next(iter(scene.lights.values()), None) or SUN
     check_view(scene, start_camera, start_light)
 
     def slider(name: str, low: float, high: float, value: float, step: float) -> Any:
@@ -101,7 +100,7 @@ def explore(
         words.value = (
             f"{html.escape(str(found))}<br>{sum(frame.timings.values()):.1f} ms on "
             f"{html.escape(str(frame.adapter.get('name', '?')))}: "
-            f"{html.escape(milliseconds(frame.timings))}"
+            f"{html.escape(display.milliseconds(frame.timings))}"
         )
 
     for control in (turn, closer, *light_sliders, method, resolution):

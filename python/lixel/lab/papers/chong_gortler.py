@@ -2,24 +2,17 @@
 2007.
 
 Objects on a floor, a viewer that stands slightly above it, random directional lights on the upper
-hemisphere. Table 1: wrong pixels over all lights, and over the tenth of them that is worst for a
-method. The paper's truth was a focused map of ten times the resolution, ours is the ray-cast
+hemisphere. Table 1: misclassified pixels over all lights, and over the tenth of them that is worst
+for a method. The paper's truth was a focused map of ten times the resolution, ours is the ray-cast
 reference; each fit of a method has a row, and some methods are added. Tables 2 and 3: time by the
 number of lights and the size of the map, and where it goes.
-
-`lixel papers chong-1 chong-2 chong-3` measures them; Table 1 for other scenes and more lights:
-
-    python -m lixel.paper_tables.chong_gortler --scene sponza.glb --views scenes.json --lights 100
-        -o results
 """
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import statistics
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -47,19 +40,23 @@ from ...methods import (
 from ...reference import reference
 from ...scene import Scene
 from ...scenes import objects_on_floor
-from ..report import progress, say
+from .. import passes
+from ..report import progress
 from ..report import table as as_text
 from ..result_tables import append, resume, write
+from ..timing import wall_ms
 from ..views import scene_and_views
+
+PAPER = "H. Y. Chong, S. J. Gortler, Harvard TR-07-07"
 
 SEED = 2007
 
 COLUMNS = ("optimal", "focused", "lispsm", "plane optimal", "normal")
 """Of Table 1, as the paper calls them."""
 
-# Percent more wrong pixels than the first column's; rows: all lights, then the tenth of the lights
-# that is worst for each column.
-PAPER = np.array(
+# Percent more misclassified pixels than the first column's; rows: all lights, then the tenth of the
+# lights that is worst for each column.
+PAPER_PERCENT = np.array(
     [
         [0.0, 27.65, 55.33, 315.09, 186.60],
         [0.0, 32.37, 6.47, 64.16, 276.21],
@@ -122,7 +119,7 @@ def methods(resolution: int) -> dict[str, Method]:
     }
 
 
-def lights(count: int) -> list[DirectionalLight]:
+def random_lights(count: int) -> list[DirectionalLight]:
     """Directions evenly spread over the upper hemisphere, the same at every call."""
     random = np.random.default_rng(SEED)
     towards = random.normal(size=(count, 3))
@@ -134,10 +131,9 @@ def misclassified(
     quick: bool = False,
     folder: Path | None = None,
     *,
-    count: int | None = None,
-    scene: Scene | None = None,
-    camera: Camera | None = None,
-    command: str | None = None,
+    lights: int | None = None,
+    scene: str | None = None,
+    views: Path | None = None,
 ) -> list[dict[str, Any]]:
     """Table 1.
 
@@ -147,50 +143,54 @@ def misclassified(
         25 lights, 375² pixels, a 200² map and about 290,000 triangles, in place of the paper's 500,
         750², 400² and 1.14 million.
     folder : Path, optional
-        Where ``chong-1.csv`` goes: the wrong pixels of each light and method. What is there
-        already is not measured again.
-    count : int, optional
-        Lights, if not as many.
-    scene : Scene, optional
-        Another scene.
-    camera : Camera, optional
-        What looks at it, the scene's first if None.
-    command : str, optional
-        What the rows of the folder say made them, if not `lixel papers`; rows of another command
-        are refused.
+        Where ``chong-1.csv`` goes: the misclassified pixels of each light and method. What is
+        there already is not measured again; a table of another scene or size is refused.
+    lights : int, optional
+        How many, if not as many.
+    scene : str, optional
+        A file or the name of a built-in scene, in place of objects on a floor.
+    views : Path, optional
+        A file with the scene's cameras, of which the first looks at it.
 
     Returns
     -------
     list of dict
-        First a row for each method: its name, the wrong pixels over all lights, how many percent
-        more these are than those of the first row, and the mean over the tenth of the lights that
-        is worst for it. Then the rows of the paper's table, with the paper's fits and with the best
-        ones: mean wrong pixels, percent more than optimal, and the paper's percentage in brackets.
+        First a row for each method: its name, the misclassified pixels over all lights, how many
+        percent more these are than those of the first row, and the mean over the tenth of the
+        lights that is worst for it. Then the rows of the paper's table, with the paper's fits and
+        with the best ones: mean misclassified pixels, percent more than optimal, and the paper's
+        percentage in brackets.
     """
+    command = f"lixel lab papers chong-1{' --quick' if quick else ''}"
     if scene is None:
-        scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
-    command = command or f"lixel papers chong-1{' --quick' if quick else ''}"
+        seen = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
+        camera = seen.cameras["default"]
+    else:
+        seen, named = scene_and_views(scene, views)
+        camera = named.camera(None, seen)
+        command += f" --scene {Path(scene).name}"
+        command += f" --views {views.name}" if views is not None else ""
     side, resolution = (375, 200) if quick else (750, 400)
-    camera = (camera or next(iter(scene.cameras.values()))).resized(side, side)
+    camera = camera.resized(side, side)
     rows = methods(resolution)
-    chosen = lights(count or (25 if quick else 500))
+    chosen = random_lights((25 if quick else 500) if lights is None else lights)
     path = None if folder is None else folder / "chong-1.csv"
     before = [] if path is None else resume(path, command)
-    known = {(int(row["light"]), row["method"]): int(row["wrong"]) for row in before}
+    known = {(int(row["light"]), row["method"]): int(row["misclassified"]) for row in before}
     wrong = np.zeros((len(rows), len(chosen)))
     for column, light in enumerate(progress(chosen, "lights")):
         missing = [name for name in rows if (column, name) not in known]
         if missing:
-            truth = reference(scene, camera, light)
+            truth = reference(seen, camera, light)
             measured: list[dict[str, Any]] = []
             for name in missing:
-                found = compare(render_shadows(scene, camera, light, rows[name]), truth)
+                found = compare(render_shadows(seen, camera, light, rows[name]), truth)
                 known[column, name] = found.misclassified_count
                 measured.append(
                     {
                         "light": column,
                         "method": name,
-                        "wrong": found.misclassified_count,
+                        "misclassified": found.misclassified_count,
                         "covered": found.covered_count,
                     }
                 )
@@ -202,13 +202,13 @@ def misclassified(
 
 
 def summary(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[str, Any]]:
-    """A row for each method from the wrong pixels, (methods, lights)."""
+    """A row for each method from the misclassified pixels, (methods, lights)."""
     worst = max(1, wrong.shape[1] // 10)
     totals = wrong.sum(axis=1)
     return [
         {
             "method": name,
-            "wrong pixels": int(total),
+            "misclassified": int(total),
             "% more": _percent_more(total, totals[0]),
             "mean of the worst tenth": float(np.sort(counts)[-worst:].mean()),
         }
@@ -217,7 +217,7 @@ def summary(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[s
 
 
 def layout(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[str, Any]]:
-    """The rows of the paper's Table 1 from the wrong pixels, (methods, lights)."""
+    """The rows of the paper's Table 1 from the misclassified pixels, (methods, lights)."""
     worst = max(1, wrong.shape[1] // 10)
     rows = []
     for fits, methods_of_fits in FITS.items():
@@ -225,7 +225,7 @@ def layout(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[st
         chosen = [np.arange(wrong.shape[1])]
         chosen += [np.argsort(of_method)[-worst:] for of_method in counts]
         places = ["all lights", *(f"worst tenth of {name}" for name in COLUMNS)]
-        for place, columns, paper in zip(places, chosen, PAPER, strict=True):
+        for place, columns, paper in zip(places, chosen, PAPER_PERCENT, strict=True):
             means = counts[:, columns].mean(axis=1)
             row: dict[str, Any] = {"fits": fits, "lights": place}
             for name, mean, theirs in zip(COLUMNS, means, paper, strict=True):
@@ -236,7 +236,7 @@ def layout(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[st
 
 
 def _percent_more(wrong: float, first: float) -> float:
-    """Not a number where the first has no wrong pixels."""
+    """Not a number where the first misclassifies none."""
     return 100.0 * (float(wrong) / float(first) - 1.0) if first else math.nan
 
 
@@ -260,7 +260,7 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
     scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     part = 2 if quick else 1
     camera = scene.cameras["default"].resized(1150 // part, 1150 // part)
-    suns = lights(4)
+    suns = random_lights(4)
     rows = []
     for (count, side), fps in progress(list(PAPER_FPS.items()), "rows"):
         chosen: dict[str, Method] = {
@@ -300,12 +300,12 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
         "optimal": (SceneOptimized(samples="boundary", resolution=750 // part), 12.43),
         "normal": (Focused(fit="frustum", resolution=750 // part), 0.40),
     }
-    suns = lights(4)
+    suns = random_lights(4)
     wholes = _medians(scene, camera, suns, {name: method for name, (method, _) in chosen.items()})
     rows = []
     for name, (method, paper) in chosen.items():
         frames = [[render(scene, camera, sun, method).timings for sun in suns] for _ in range(5)]
-        fits = [sum(ms.get(FIT, 0.0) for ms in frame) for frame in frames]
+        fits = [sum(ms.get(passes.FIT[-1], 0.0) for ms in frame) for frame in frames]
         fit = statistics.median(fits)
         rows.append(
             {
@@ -320,9 +320,6 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
     return rows
 
 
-FIT = "fit light matrix (CPU)"
-
-
 def _medians(
     scene: Scene, camera: Camera, suns: Sequence[Light], methods: Mapping[str, Method]
 ) -> dict[str, float]:
@@ -330,71 +327,29 @@ def _medians(
     times: dict[str, list[float]] = {name: [] for name in methods}
     for turn in range(6):
         for name, method in methods.items():
-            start = time.perf_counter()
-            render_shadows(scene, camera, list(suns), method)
+            ms = wall_ms(lambda method=method: render_shadows(scene, camera, suns, method))  # type: ignore[misc]
             if turn:
-                times[name].append(1e3 * (time.perf_counter() - start))
+                times[name].append(ms)
     return {name: statistics.median(own) for name, own in times.items()}
 
 
 def _save(rows: Sequence[Mapping[str, Any]], folder: Path | None, name: str) -> None:
     if folder is not None:
-        write(folder / f"{name}.csv", f"lixel papers {name}", rows)
+        write(folder / f"{name}.csv", f"lixel lab papers {name}", rows)
 
 
-def say_rows(rows: Sequence[Mapping[str, Any]]) -> None:
+def print_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Print rows as tables, one for each set of columns."""
     for _, group in itertools.groupby(rows, key=list):
         print(as_text(list(group)))
 
 
 EXPERIMENTS: Mapping[str, tuple[str, Callable[[bool, Path | None], list[dict[str, Any]]]]] = {
-    "chong-1": ("Wrong pixels, Table 1; the paper's percentages in brackets", misclassified),
+    "chong-1": (
+        "Misclassified pixels, Table 1; the paper's percentages in brackets",
+        misclassified,
+    ),
     "chong-2": ("Running time, Table 2; the paper's ratios in brackets", running_times),
     "chong-3": ("Share of the optimization in a frame, Table 3", stages),
 }
-"""Title and measurement, by the names that `lixel papers` gives them."""
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure Table 1 and print it."""
-    parser = argparse.ArgumentParser(
-        description="Table 1 of Scene optimized shadow mapping, again."
-    )
-    parser.add_argument("--quick", action="store_true", help="smaller images and maps, 25 lights")
-    parser.add_argument("--lights", type=int, metavar="N", help="default: 500, quick 25")
-    parser.add_argument("--scene", metavar="SCENE", help="in place of objects on a floor")
-    parser.add_argument(
-        "--views", type=Path, metavar="FILE", help="with the scene's cameras, as for `lixel render`"
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FOLDER",
-        help="write what was counted for each light into this folder, and go on there after a stop",
-    )  # fmt: skip
-    options = parser.parse_args(arguments)
-    if options.lights is not None and options.lights < 1:
-        parser.error(f"--lights must be at least 1, got {options.lights}")
-    if options.views is not None and options.scene is None:
-        parser.error("--views must come with --scene")
-    scene, camera, command = None, None, None
-    if options.scene is not None:
-        scene, views = scene_and_views(options.scene, options.views)
-        camera = views.camera(None, scene)
-        command = "python -m lixel.paper_tables.chong_gortler"
-        command += f" --scene {Path(options.scene).name}"
-        command += f" --views {options.views.name}" if options.views is not None else ""
-        command += " --quick" if options.quick else ""
-    say("percentages are over the first row; the paper's are over its own optimized maps")
-    rows = misclassified(
-        options.quick,
-        options.output,
-        count=options.lights,
-        scene=scene,
-        camera=camera,
-        command=command,
-    )
-    say_rows(rows)
-
-
-if __name__ == "__main__":
-    main()
+"""Title and measurement, by the names of their tables."""

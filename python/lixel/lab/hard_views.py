@@ -1,0 +1,472 @@
+"""Views that are hard for float32 and for maps: what `lixel lab stress` renders."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import scenes
+from ..camera import Camera
+from ..light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
+from ..methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
+from ..scene import Scene
+from .views import View
+
+WIDTH, HEIGHT = 96, 54
+"""Pixels of the images."""
+
+RESOLUTION = 512
+"""Texels along each side of the maps."""
+
+Vector: TypeAlias = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A view, made when it is needed.
+
+    Attributes
+    ----------
+    family, name : str
+        What is hard, and how hard it is.
+    make : callable
+        Gives scene, camera and light.
+    of : callable, optional
+        The same view without what is hard; its misclassified pixels are the bound for maps.
+    truth : callable, optional
+        A view with the same picture whose reference is the truth, where that of this one has
+        little but ties.
+    quick : bool
+        Whether it is among the hardest of its family.
+    """
+
+    family: str
+    name: str
+    make: Callable[[], View]
+    of: Callable[[], View] | None = None
+    truth: Callable[[], View] | None = None
+    quick: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.family}, {self.name}"
+
+
+def cases(families: Iterable[str] | None = None) -> list[Case]:
+    """Every case, or those of some families.
+
+    Parameters
+    ----------
+    families : list of str, optional
+        Of `FAMILIES`.
+
+    Raises
+    ------
+    ValueError
+        An unknown family.
+    """
+    chosen = list(FAMILIES) if families is None else list(families)
+    for family in chosen:
+        if family not in FAMILIES:
+            raise ValueError(f"family must be one of {', '.join(FAMILIES)}, got {family!r}")
+    return [case for family in chosen for case in FAMILIES[family](family)]
+
+
+# --- The plain views ---
+
+
+def _plain() -> View:
+    """Boxes, spheres, tori and cones on a floor, from a little above."""
+    scene = scenes.objects_on_floor(count=9, subdivisions=1)
+    return scene, _camera((-3.1, 2.3, 4.2), (0.2, 0.3, 0.1)), scene.lights["default"]
+
+
+def _point_light() -> View:
+    scene, camera, _ = _plain()
+    return scene, camera, PointLight((0.7, 2.9, 0.4))
+
+
+PLAIN = {"sun": _plain, "point light": _point_light}
+
+
+def _camera(eye: Any, target: Any, **options: Any) -> Camera:
+    return Camera.look_at(eye, target, **{"yfov": 0.8, "width": WIDTH, "height": HEIGHT, **options})
+
+
+def _size(scene: Scene) -> float:
+    low, high = scene.bounds
+    return float(np.linalg.norm(high - low))
+
+
+# --- Moved, scaled, other planes of depth ---
+
+
+def _transformed(view: View, scale: float = 1.0, offset: Vector | None = None) -> View:
+    scene, camera, light = view
+    by = np.zeros(3) if offset is None else offset
+    pose = camera.pose.copy()
+    pose[:3, 3] = scale * pose[:3, 3] + by
+    if isinstance(light, PointLight):
+        light = PointLight(scale * light.position + by)
+    return Scene(scale * scene.vertices + by, scene.faces), camera.posed(pose), light
+
+
+def _moved(family: str) -> Iterator[Case]:
+    for lit_by, plain in PLAIN.items():
+        for power in range(1, 8):
+
+            def make(plain: Callable[[], View] = plain, power: int = power) -> View:
+                view = plain()
+                offset = np.array([0.6, -0.48, 0.64]) * 10.0**power * _size(view[0])
+                return _transformed(view, offset=offset)
+
+            yield Case(family, f"10^{power} sizes, {lit_by}", make, of=plain, quick=power == 7)
+
+
+def _scaled(family: str) -> Iterator[Case]:
+    for lit_by, plain in PLAIN.items():
+        for power in (-6, -4, -2, -1, 1, 2, 4, 6):
+
+            def make(plain: Callable[[], View] = plain, power: int = power) -> View:
+                return _transformed(plain(), scale=10.0**power)
+
+            yield Case(
+                family,
+                f"10^{power}, {lit_by}",
+                make,
+                of=plain,
+                quick=power == (6 if lit_by == "sun" else -6),
+            )
+
+
+def _depth_range(family: str) -> Iterator[Case]:
+    for power in (1, 2, 3, 4, 5, 6, 7, 14):
+
+        def make(power: int = power) -> View:
+            scene, camera, light = _plain()
+            far = 2.0 * _size(scene)
+            ranged = Camera(
+                camera.pose,
+                focal=camera.focal,
+                width=WIDTH,
+                height=HEIGHT,
+                znear=far * 10.0**-power,
+                zfar=far,
+            )
+            return scene, ranged, light
+
+        yield Case(family, f"far/near 10^{power}", make, of=_plain, quick=power in (1, 7, 14))
+
+
+# --- Light ---
+
+
+def _lights(family: str) -> Iterator[Case]:
+    def lit(light: Callable[[View], Light]) -> Callable[[], View]:
+        def make() -> View:
+            view = _plain()
+            return view[0], view[1], light(view)
+
+        return make
+
+    for degrees in (10.0, 1.0, 0.1, 0.01):
+        angle = math.radians(degrees)
+        sun = DirectionalLight((0.8 * math.cos(angle), -math.sin(angle), 0.6 * math.cos(angle)))
+        make = lit(lambda view, sun=sun: sun)  # type: ignore[misc]
+        yield Case(family, f"sun {degrees:g} degrees above the floor", make)
+        height = 9.0 * math.tan(angle)
+        light = PointLight((-7.2, height, -5.4))
+        make = lit(lambda view, light=light: light)  # type: ignore[misc]
+        yield Case(
+            family, f"point light {degrees:g} degrees above the floor", make, quick=degrees < 0.1
+        )
+    forward = -_plain()[1].pose[:3, 2]
+    yield Case(family, "along the view", lit(lambda view: DirectionalLight(forward)))
+    yield Case(family, "against the view", lit(lambda view: DirectionalLight(-forward)))
+    yield Case(family, "at the eye", lit(lambda view: PointLight(view[1].eye)))
+    yield Case(family, "from below the floor", lit(lambda view: DirectionalLight((0.1, 1.0, 0.2))))
+    for axis, name in enumerate("xyz"):
+        direction = -np.eye(3)[axis]
+        make = lit(lambda view, direction=direction: DirectionalLight(direction))  # type: ignore[misc]
+        yield Case(family, f"along {name}", make, quick=False)
+    yield Case(family, "inside a closed mesh, the eye outside", _light_in_a_ball)
+    yield Case(family, "inside a closed mesh, and the eye", _all_in_a_ball)
+    for exponent in (2, 4, 6):
+
+        def near(view: View, exponent: int = exponent) -> Light:
+            return PointLight((-0.4, 10.0**-exponent * _size(view[0]), 1.7))
+
+        yield Case(family, f"10^-{exponent} above the floor", lit(near), quick=exponent == 6)
+    make = lit(lambda view: SpotLight((0.7, 2.9, 0.4), (0.1, -1.0, 0.2), 1e-3))
+    yield Case(family, "in a cone of 0.001 radians", make)
+    make = lit(lambda view: SpotLight((0.7, 2.9, 0.4), (0.1, -1.0, 0.2), math.pi / 2))
+    yield Case(family, "in a cone of pi / 2", make)
+    make = lit(lambda view: HemisphereLight((0.0, 0.9, 1.1), (1.0, 0.0, 0.0)))
+    yield Case(family, "half of space", make)
+    make = lit(lambda view: PointLight(np.array([5.0, 9.0, 3.0]) * 1e6))
+    yield Case(family, "a point light 10^6 sizes away", make, quick=False)
+
+
+def _ball(centre: Any, radius: float) -> tuple[Vector, npt.NDArray[np.int64]]:
+    import trimesh
+
+    mesh = trimesh.creation.icosphere(2)
+    return np.asarray(mesh.vertices) * radius + centre, np.asarray(mesh.faces)
+
+
+def _joined(*parts: tuple[Any, Any]) -> Scene:
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
+    return Scene(
+        np.concatenate([np.asarray(vertices, dtype=float) for vertices, _ in parts]),
+        np.concatenate(
+            [np.asarray(f) + start for (_, f), start in zip(parts, starts, strict=True)]
+        ),
+    )
+
+
+def _floor(half_side: float, height: float = 0.0) -> tuple[Vector, npt.NDArray[np.int64]]:
+    s, y = half_side, height
+    corners = np.array([[-s, y, s], [s, y, s], [s, y, -s], [-s, y, -s]], dtype=float)
+    return corners, np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def _light_in_a_ball() -> View:
+    scene = _joined(_floor(4.0), _ball((0.0, 1.0, 0.0), 0.7))
+    return scene, _camera((-3.1, 2.3, 4.2), (0.0, 0.5, 0.0)), PointLight((0.1, 1.1, -0.1))
+
+
+def _all_in_a_ball() -> View:
+    scene = _joined(_ball((0, 0, 0), 3.0), _ball((0.4, -0.5, 0.2), 0.4))
+    return (
+        scene,
+        _camera((-1.1, 0.3, 1.2), (0.4, -0.5, 0.2), yfov=1.4),
+        PointLight((0.1, 1.6, -0.1)),
+    )
+
+
+# --- Geometry ---
+
+
+def _geometry(family: str) -> Iterator[Case]:
+    for name, make in GEOMETRY.items():
+        for lit_by, light in LIGHTS.items():
+
+            def view(make: Callable[[], Scene] = make, light: Light = light) -> View:
+                return make(), _camera((-1.6, 1.7, 2.6), (0.05, 0.25, 0.0)), light
+
+            # A triangle in the place of another is a tie with it, and so is all behind them.
+            plain = functools.partial(view, _few_objects) if make in REPEATED else None
+            quick = lit_by == "sun"
+            yield Case(family, f"{name}, {lit_by}", view, truth=plain, quick=quick)
+
+
+LIGHTS: dict[str, Light] = {
+    "sun": DirectionalLight((0.55, -0.7, -0.35)),
+    "point light": PointLight((-0.9, 1.9, 0.7)),
+}
+
+
+def _needles() -> Scene:
+    """Spikes a million times as long as they are thick, and some of 400 times."""
+    random = np.random.default_rng(1)
+    parts: list[tuple[Any, Any]] = [_floor(2.0)]
+    for i in range(60):
+        foot, along = random.uniform(-1, 1, 3), random.normal(size=3)
+        foot[1], along[1] = 0.2, abs(along[1])
+        side = np.cross(along, random.normal(size=3))
+        side *= (1e-6, 2.5e-3)[i % 2] / np.linalg.norm(side)
+        parts.append(([foot, foot + side, foot + along], [[0, 1, 2]]))
+    return _joined(*parts)
+
+
+def _strip(first: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Two triangles for each pair of vertices and the next pair."""
+    return np.concatenate([np.add(first, [0, 1, 2]), np.add(first, [1, 3, 2])])
+
+
+def _slivers() -> Scene:
+    """A sheet of strips, every other one a hundred thousand times as long as it is wide."""
+    edges = np.sort(np.concatenate([np.linspace(-1, 1, 25), np.linspace(-1, 1, 25)[:-1] + 2e-5]))
+    count = len(edges)
+    vertices = [[x, 0.6 + 0.1 * x, z] for x in edges for z in (-0.9, 0.9)]
+    first = 2 * np.arange(count - 1)[:, None]
+    faces = _strip(first)
+    return _joined(_floor(2.0), (vertices, faces))
+
+
+def _t_junctions() -> Scene:
+    """Large triangles beside small ones that end in the middle of their edges; coordinates that
+    float32 does not hold."""
+    parts: list[tuple[Any, Any]] = [_floor(2.0)]
+    height = 0.7
+    left = [[-1.0, height, -0.9], [0.1, height, -0.9], [0.1, height, 0.9], [-1.0, height, 0.9]]
+    parts.append((left, [[0, 1, 2], [0, 2, 3]]))
+    z = np.linspace(-0.9, 0.9, 8)
+    right = [[x, height + 0.3 * (x - 0.1), t] for t in z for x in (0.1, 0.9)]
+    first = 2 * np.arange(7)[:, None]
+    parts.append((right, _strip(first)))
+    return _joined(*parts)
+
+
+def _coplanar_twins() -> Scene:
+    """Two layers in one plane, one turned over, and a third in the plane of the floor."""
+    sheet, faces = _floor(0.7, 0.5)
+    return _joined(
+        _floor(2.0), (sheet, faces), (np.add(sheet, [0.3, 0.0, 0.2]), faces[:, ::-1]), _floor(0.5)
+    )
+
+
+def _few_objects() -> Scene:
+    scene = scenes.objects_on_floor(count=4, subdivisions=0)
+    return Scene(scene.vertices * 0.6, scene.faces)
+
+
+def _duplicates() -> Scene:
+    """Every triangle three times, once turned over."""
+    scene = _few_objects()
+    faces = scene.faces
+    return Scene(scene.vertices, np.concatenate([faces, faces[:, ::-1], faces[:, [1, 2, 0]]]))
+
+
+def _degenerate() -> Scene:
+    """Triangles of zero area between others: points, lines, and three corners on one edge."""
+    scene = _few_objects()
+    points, lines = scene.faces[:, [0, 0, 0]], scene.faces[:, [0, 1, 0]]
+    last = len(scene.vertices)
+    vertices = np.concatenate([scene.vertices, [[-1, 0.5, 0], [0, 0.5, 0], [1, 0.5, 0]]])
+    on_a_line = [[last, last + 1, last + 2]]
+    return Scene(vertices, np.concatenate([points, scene.faces, lines, on_a_line]))
+
+
+def _open_mesh() -> Scene:
+    """A ball without its top, so that its inner side is lit and seen."""
+    vertices, faces = _ball((0.0, 0.7, 0.0), 0.65)
+    return _joined(_floor(2.0), (vertices, faces[vertices[faces].mean(axis=1)[:, 1] < 1.0]))
+
+
+def _non_manifold() -> Scene:
+    """Seven triangles that share one edge, like the pages of a book."""
+    angle = np.linspace(0.1, 3.0, 7)
+    spine = [[0.0, 0.1, -0.8], [0.0, 0.1, 0.8]]
+    corners = [[math.cos(a), 0.1 + math.sin(a), z] for a in angle for z in (-0.8, 0.8)]
+    first = 2 + 2 * np.arange(len(angle))
+    pages = np.concatenate([[[0, i, 1] for i in first], [[1, i, i + 1] for i in first]])
+    return _joined(_floor(2.0), (np.array(spine + corners), pages))
+
+
+GEOMETRY: dict[str, Callable[[], Scene]] = {
+    "needles": _needles,
+    "slivers": _slivers,
+    "T-junctions": _t_junctions,
+    "coplanar twins": _coplanar_twins,
+    "every triangle three times": _duplicates,
+    "triangles of zero area": _degenerate,
+    "an open mesh": _open_mesh,
+    "a mesh that is no manifold": _non_manifold,
+}
+
+REPEATED = (_duplicates, _degenerate)
+"""Scenes whose picture is that of `_few_objects`."""
+
+
+# --- Huge and tiny, shapes of images ---
+
+
+def _floors(family: str) -> Iterator[Case]:
+    ball = _ball((0.0, 0.5, 0.0), 0.4)
+    camera = _camera((-1.6, 1.2, 2.1), (0.1, 0.2, 0.0))
+    for lit_by, light in LIGHTS.items():
+        for power in (2, 4, 6):
+
+            def make(power: int = power, light: Light = light) -> View:
+                return _joined(_floor(10.0**power), ball), camera, light
+
+            # The reference grants float32 the rounding of a triangle's corners, a share of their
+            # distance: all of a huge triangle may be ties. Those of a floor in rings are few.
+            def truth(power: int = power, light: Light = light) -> View:
+                return _joined(_cut_floor(power), ball), camera, light
+
+            name = f"10^{power} objects wide, {lit_by}"
+            yield Case(family, name, make, truth=truth, quick=power == 6)
+
+
+def _cut_floor(power: int) -> tuple[Vector, npt.NDArray[np.int64]]:
+    """A floor of 10^power in rings, each ten times as wide as the next smaller one."""
+    corners = np.concatenate(
+        [_floor(10.0**p)[0] for p in np.arange(power, 0, -1)] + [_floor(4.0)[0]]
+    )
+    around, inner = np.arange(4), np.roll(np.arange(4), -1)
+    faces = [_floor(1.0)[1] + len(corners) - 4]
+    for ring in range(0, len(corners) - 4, 4):
+        a, b, c, d = ring + around, ring + inner, ring + 4 + inner, ring + 4 + around
+        faces += [np.column_stack([a, b, c]), np.column_stack([a, c, d])]
+    return corners, np.concatenate(faces)
+
+
+def _images(family: str) -> Iterator[Case]:
+    sizes = [(1, 1), (1, 400), (700, 1), (2, 3), (900, 4), (3, 500), (67, 41)]
+    for width, height in sizes:
+
+        def make(width: int = width, height: int = height) -> View:
+            scene, camera, light = _plain()
+            return scene, camera.resized(width, height), light
+
+        yield Case(family, f"{width} x {height} pixels", make)
+    for angle in (1e-4, 1e-2, 2.8, 3.1):
+
+        def seen(angle: float = angle) -> View:
+            scene, _, light = _plain()
+            return scene, _camera((-3.1, 2.3, 4.2), (0.2, 0.0, 0.1), yfov=angle), light
+
+        yield Case(family, f"{angle:g} radians high", seen)
+
+    def stretched() -> View:
+        scene, camera, light = _plain()
+        focal = (40.0 * camera.focal[0], camera.focal[1])
+        return scene, Camera(camera.pose, focal=focal, width=WIDTH, height=HEIGHT), light
+
+    yield Case(family, "pixels 40 times as high as wide", stretched)
+
+
+FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
+    "moved": _moved,
+    "scaled": _scaled,
+    "depth range": _depth_range,
+    "light": _lights,
+    "geometry": _geometry,
+    "huge floor": _floors,
+    "image": _images,
+}
+"""What is hard, by name."""
+
+
+# --- What renders them ---
+
+WITHOUT_MAP = tuple(
+    name for name in METHODS if name not in {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
+)
+"""Methods that promise to misclassify no pixel."""
+
+
+# Cases come one after the other, each with every method.
+@functools.lru_cache(maxsize=4)
+def made(make: Callable[[], View]) -> View:
+    """The view that a case makes; the last ones are kept."""
+    return make()
+
+
+def methods_for(case: Case, names: Iterable[str] | None = None) -> list[Method]:
+    """The methods that take the case's light, maps with `RESOLUTION` texels along a side."""
+    light = made(case.make)[2]
+    chosen: list[Any] = [method_from(name) for name in (METHODS if names is None else names)]
+    sized = [
+        method if method.name in WITHOUT_MAP else dataclasses.replace(method, resolution=RESOLUTION)
+        for method in chosen
+    ]
+    return [method for method in sized if method.takes(light)]

@@ -1,0 +1,25 @@
+"""Rays for other ray casters: through the pixels of a camera, and from surfaces to a light."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera
+from ..scene import Scene
+
+
+def ray_directions(camera: Camera) -> npt.NDArray[np.float64]:
+    """(H * W, 3) float64: directions of the rays through the pixels' centres in world space, at
+    depth 1."""
+    x = (np.arange(camera.width) + 0.5 - camera.centre[0]) / camera.focal[0]
+    y = (np.arange(camera.height) + 0.5 - camera.centre[1]) / camera.focal[1]
+    right, up, back = camera.pose[:3, :3].T
+    directions = x[None, :, None] * right - y[:, None, None] * up - back
+    return np.asarray(directions.reshape(-1, 3))
+
+
+def ray_offset(scene: Scene) -> float:
+    """How far shadow rays start above the surface, in world units, so that it does not shadow
+    itself: a few float32 steps of the largest coordinate."""
+    return 1e-6 * float(np.abs(scene.bounds).max())

@@ -1,0 +1,1 @@
+"""Pictures: of visibility images, of studies and warps, and an interactive view."""
