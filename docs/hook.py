@@ -162,9 +162,9 @@ def measurements(name: str) -> list[str]:
 
 
 def stability_page(start: str) -> str:
-    """What `lixel stress` measured, and its known limits."""
+    """What `lixel lab stress` measured, and its known limits."""
     judged = read(RESULTS / "stability" / "stress.parquet")
-    skipped = read(RESULTS / "stability" / "skips.csv")
+    skipped = read(RESULTS / "stability" / "culling.csv")
     flickering = read(RESULTS / "stability" / "flicker.csv")
     limits = [
         f"| {', '.join(limit.cases)} | {', '.join(limit.methods)} | {limit.why} |"
@@ -175,10 +175,10 @@ def stability_page(start: str) -> str:
         "SUMMARY": markdown(pd.DataFrame(stress.summary(judged))),
         "LIMITS": "\n".join(["| view | method | why |", "|---|---|---|", *limits]),
         "BEYOND": markdown(beyond),
-        "SKIPS": markdown(skipped),
+        "CULLING": markdown(skipped),
         "FLICKER": markdown(flickering.drop(columns="frames")),
         "STRESS_COMMAND": judged.attrs["command"],
-        "SKIPS_COMMAND": skipped.attrs["command"],
+        "CULLING_COMMAND": skipped.attrs["command"],
         "FLICKER_COMMAND": flickering.attrs["command"],
     }
     for name, text in tables.items():
@@ -207,13 +207,14 @@ def api_page(start: str) -> str:
     parts = [start, *(f"::: lixel.{name}" for name in names if name != "scenes")]
     for module in (
         "scenes",
-        "plots",
-        "explore",
         "testing",
         "pytest_plugin",
-        "papers",
-        "stress",
-        "flicker",
+        "pictures.plots",
+        "pictures.warp_plots",
+        "pictures.explore",
+        "lab.papers",
+        "lab.stress",
+        "lab.flicker",
     ):
         parts.append(
             f"## lixel.{module}\n\n::: lixel.{module}\n    options:\n      "

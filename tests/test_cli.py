@@ -10,16 +10,15 @@ import pytest
 
 import lixel as lx
 from lixel import cli
-from lixel.lab import peers as bench
-from lixel.lab import report
+from lixel.default_view import see_all
+from lixel.lab import options, peers, report
 from lixel.lab.result_tables import PROVENANCE, read
-from lixel.lab.study import see_all
 
 SMALL = ["--size", "96x64"]
 
 
 def parsed_view(*arguments):
-    return cli._view(cli._parser().parse_args(cli._with_vectors_joined(arguments)))
+    return options.view_of(cli._parser().parse_args(cli._with_vectors_joined(arguments)))
 
 
 @pytest.fixture
@@ -100,7 +99,7 @@ def test_a_scene_without_camera_is_seen_whole():
     [
         ([], "COMMAND"),
         (["render", "plane_and_box"], "--output"),
-        (["render", "plane_and_box", "-o", "x.jpg"], "output must end in .png or .npy"),
+        (["render", "plane_and_box", "-o", "x.jpg"], "--output: must end in .png or .npy"),
         (["render", "nothing", "-o", "x.png"], "plane_and_box"),
         (["render", "missing.glb", "-o", "x.png"], "missing.glb"),
         (["render", "plane_and_box", "-o", "x.png", "--size", "9"], "WIDTHxHEIGHT"),
@@ -116,11 +115,12 @@ def test_a_scene_without_camera_is_seen_whole():
         (["render", "plane_and_box", "-o", "x.png", "--light", "1,2"], "x,y,z"),
         (["render", "plane_and_box", "-o", "x.png", "--light", "0,0,0"], "zero length"),
         (["render", "plane_and_box", "-o", "x.png", "--views", "missing.json"], "missing.json"),
-        (["bench", "plane_and_box", "--repeats", "0"], "repeats"),
-        (["bench", "plane_and_box", "--peers", "--repeats", "0"], "repeats"),
-        (["bench", "plane_and_box", "city", "--peers"], "one scene"),
-        (["bench", "plane_and_box", "--peers", "-o", "table.txt"], "output"),
-        (["bench", "plane_and_box", "--set", "x=1"], "parameters must be among"),
+        (["lab"], "EXPERIMENT"),
+        (["lab", "study", "plane_and_box", "--repeats", "0"], "repeats"),
+        (["lab", "peers", "plane_and_box", "--repeats", "0"], "repeats"),
+        (["lab", "peers", "plane_and_box", "city"], "city"),
+        (["lab", "peers", "plane_and_box", "-o", "table.txt"], "output"),
+        (["lab", "study", "plane_and_box", "--set", "x=1"], "parameters must be among"),
     ],
 )
 def test_a_mistake_is_one_line(arguments, message, capfd):
@@ -152,7 +152,7 @@ def test_a_machine_without_a_device_is_one_line(monkeypatch, capfd):
     def refuse(*_):
         raise lx.DeviceError("no adapter:\ninstall a driver")
 
-    monkeypatch.setattr(cli, "render_frame", refuse)
+    monkeypatch.setattr(cli, "render", refuse)
     assert cli.main(["render", "plane_and_box", "-o", "x.png"]) == 2
     assert capfd.readouterr().err == "lixel: error: no adapter: install a driver\n"
 
@@ -194,7 +194,7 @@ def test_render_takes_parameters(tmp_path):
     np.testing.assert_array_equal(np.load(path), expected)
 
 
-def test_compare_judges_every_method_and_writes_red_pictures(tmp_path, capfd):
+def test_compare_evaluates_every_method_and_writes_pictures(tmp_path, capfd):
     arguments = ["compare", "plane_and_box", *SMALL, "--resolution", "64", "--resolution", "512"]
     assert cli.main([*arguments, "-o", str(tmp_path / "red")]) == 0
     table = capfd.readouterr().out.splitlines()
@@ -219,29 +219,31 @@ def test_demo_writes_pictures_and_a_table(tmp_path, capfd):
     rows = read(file)
     sun = lx.DirectionalLight((0, -1, 0))
     in_the_sun = [name for name, method in lx.METHODS.items() if method().takes(sun)]
-    assert list(rows["method"][rows["light"] == "sun"]) == in_the_sun
-    assert rows.attrs["command"] == shlex.join(["lixel", *arguments, "-o", str(file)])
+    assert list(rows["method"][rows["light"] == "directional"]) == in_the_sun
+    assert rows.attrs["command"] == shlex.join(
+        ["lixel", "demo", "--out", tmp_path.name, "--size", "96x64", "-o", "demo.csv"]
+    )
     assert set(rows.attrs) == set(PROVENANCE)
     assert (tmp_path / "shadows.png").is_file()
-    sun = {path.stem for path in (tmp_path / "sun").iterdir()}
-    assert {"desired_view-1024", "notw-1024", "exact", "ray_traced"} <= sun
-    lamp = {path.stem for path in (tmp_path / "lamp").iterdir()}
-    assert {"cube-1024", "cube+rtw-1024", "dual_paraboloid-1024", "ray_traced"} <= lamp
+    directional = {path.stem for path in (tmp_path / "directional").iterdir()}
+    assert {"desired_view-1024", "notw-1024", "exact", "ray_traced"} <= directional
+    point = {path.stem for path in (tmp_path / "point").iterdir()}
+    assert {"cube-1024", "cube+rtw-1024", "dual_paraboloid-1024", "ray_traced"} <= point
     assert "misclassified" in capfd.readouterr().out
 
 
 def test_demo_refuses_another_ending_before_the_work(tmp_path, capfd):
     assert cli.main(["demo", "--out", str(tmp_path), "-o", "demo.txt"]) != 0
-    assert "output must end in .csv or .parquet, got 'demo.txt'" in capfd.readouterr().err
+    assert "must end in .csv or .parquet, got 'demo.txt'" in capfd.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 # OpenGL's wrapper complains of what it does at exit.
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
-def test_bench_runs_the_peers_that_are_installed(view):
+def test_peers_that_are_installed_are_timed(view):
     scene, camera, light = view
-    rows = bench.run(scene, camera, light, lx.Uniform(), repeats=1)
-    wrong = {row["renderer"]: row["wrong pixels"] for row in rows}
+    rows = peers.measure(scene, camera, light, lx.Uniform(), repeats=1)
+    wrong = {row["renderer"]: row["misclassified"] for row in rows}
     assert all(row["frames"] == 1 for row in rows)
     assert wrong["embreex"] <= 2
     assert wrong["trimesh with embreex"] <= 2
@@ -249,10 +251,10 @@ def test_bench_runs_the_peers_that_are_installed(view):
     assert 0 < wrong["pyrender"] < 0.1 * camera.width * camera.height
 
 
-def test_bench_writes_a_table_of_the_peers(tmp_path, monkeypatch):
-    monkeypatch.setattr(bench, "PEERS", {"embreex": bench.PEERS["embreex"]})
+def test_peers_write_a_table(tmp_path, monkeypatch):
+    monkeypatch.setattr(peers, "PEERS", {"embreex": peers.PEERS["embreex"]})
     output = tmp_path / "peers.csv"
-    given = ["bench", "plane_and_box", "--peers", *SMALL, "--repeats", "2", "-o", str(output)]
+    given = ["lab", "peers", "plane_and_box", *SMALL, "--repeats", "2", "-o", str(output)]
     assert cli.main(given) == 0
     found = read(output)
     assert list(found["renderer"]) == ["lixel desired_view 2048", "embreex"]
@@ -263,8 +265,8 @@ def test_bench_writes_a_table_of_the_peers(tmp_path, monkeypatch):
     assert set(zip(found["scene"], found["width"], found["height"], strict=True)) == {
         ("plane_and_box", 96, 64)
     }
-    assert found["command"].eq(shlex.join(["lixel", *given])).all()
-    assert found[["device", "driver", "date"]].notna().all(axis=None)
+    assert found.attrs["command"] == shlex.join(["lixel", *given[:-1], "peers.csv"])
+    assert set(found.attrs) == set(PROVENANCE)
 
 
 def test_a_peer_that_fails_is_left_out(view, monkeypatch, capfd):
@@ -272,18 +274,18 @@ def test_a_peer_that_fails_is_left_out(view, monkeypatch, capfd):
         raise AttributeError("no driver")
 
     monkeypatch.setattr(
-        bench, "PEERS", {"broken": ("json", broken), "absent": ("not_here", broken)}
+        peers, "PEERS", {"broken": ("json", broken), "absent": ("not_here", broken)}
     )
-    rows = bench.run(*view, lx.Uniform(resolution=64), repeats=1)
+    rows = peers.measure(*view, lx.Uniform(resolution=64), repeats=1)
     assert [row["renderer"] for row in rows] == ["lixel uniform 64"]
-    told = capfd.readouterr().err
-    assert "left out: broken: no driver" in told
-    assert "left out: absent, which needs the package not_here" in told
+    messages = capfd.readouterr().err
+    assert "left out: broken: no driver" in messages
+    assert "left out: absent, which needs the package not_here" in messages
 
 
 def test_peers_have_directional_lights_only(view):
     with pytest.raises(ValueError, match="light must be directional to compare renderers"):
-        bench.run(view.scene, view.camera, lx.PointLight((0, 5, 0)), lx.Uniform())
+        peers.measure(view.scene, view.camera, lx.PointLight((0, 5, 0)), lx.Uniform())
 
 
 # --- Tables ---

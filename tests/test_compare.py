@@ -124,6 +124,24 @@ def test_a_rim_pixel_may_lose_its_surface_only_where_the_first_hit_is_a_tie(trut
     assert result.misclassified_count == 0
 
 
+def test_a_surface_that_only_one_image_sees_is_refused_or_misclassified(truth):
+    image = truth.visibility.copy()
+    image[truth.covered] = np.nan
+    image[0, 0] = 1.0
+    truth.triangle_tie[1, :] = True
+    with pytest.raises(ValueError, match="must see surfaces in the same pixels"):
+        lx.compare(image, truth)
+    found = lx.compare(image, truth, other_surfaces="count")
+    expected = truth.covered & ~truth.triangle_tie
+    expected[0, 0] = True
+    assert np.array_equal(found.misclassified, expected)
+    assert np.array_equal(found.other_surface, expected)
+    assert found.misclassified_count == np.count_nonzero(expected)
+    assert found.false_lit_count == found.false_shadow_count == 0
+    with pytest.raises(ValueError, match="other_surfaces must be 'refuse' or 'count', got 'skip'"):
+        lx.compare(image, truth, other_surfaces="skip")
+
+
 def test_rates_over_what_faces_the_light(view, truth):
     result = lx.compare(1.0 - truth.visibility, truth)
     assert result.facing_count == np.count_nonzero(truth.facing)

@@ -8,17 +8,19 @@ import numpy as np
 import pytest
 
 import lixel as lx
-from lixel import scenes
+from lixel import cli, scenes
 from lixel.lab import papers
 from lixel.lab.papers import chong_gortler
 from lixel.lab.result_tables import read
+
+TABLE_1 = ["lab", "papers", "chong-1", "--quick"]
 
 HEADER = 5  # what made a table, and the names of its columns
 
 
 def test_lights_are_the_same_at_every_call_and_come_from_above():
-    towards = np.array([-light.direction for light in chong_gortler.lights(200)])
-    again = np.array([-light.direction for light in chong_gortler.lights(200)])
+    towards = np.array([-light.direction for light in chong_gortler.random_lights(200)])
+    again = np.array([-light.direction for light in chong_gortler.random_lights(200)])
     assert np.array_equal(towards, again)
     assert (towards[:, 1] >= 0).all()
     # Evenly: heights on the sphere are.
@@ -28,7 +30,7 @@ def test_lights_are_the_same_at_every_call_and_come_from_above():
 def test_percentages_and_the_worst_tenth():
     wrong = np.arange(1.0, 21.0)
     rows = chong_gortler.summary(["a", "uniform"], np.stack([wrong, 3 * wrong]))
-    assert rows[0]["wrong pixels"] == 210
+    assert rows[0]["misclassified"] == 210
     assert rows[0]["% more"] == 0.0
     assert rows[1]["% more"] == pytest.approx(200.0)
     assert rows[0]["mean of the worst tenth"] == 19.5
@@ -58,7 +60,7 @@ def small(monkeypatch):
 
 
 def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp_path, monkeypatch):
-    chong_gortler.main(["--quick", "--lights", "2", "-o", str(tmp_path)])
+    assert cli.main([*TABLE_1, "--lights", "2", "-o", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     for name in chong_gortler.methods(200):
         assert name in printed
@@ -77,7 +79,7 @@ def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp
         return lx.reference(*view)
 
     monkeypatch.setattr(chong_gortler, "reference", reference)
-    chong_gortler.main(["--quick", "--lights", "2", "-o", str(tmp_path)])
+    assert cli.main([*TABLE_1, "--lights", "2", "-o", str(tmp_path)]) == 0
     assert len(truths) == 1
     assert path.read_text() == whole
     assert capsys.readouterr().out == printed
@@ -87,27 +89,28 @@ def test_another_scene_is_seen_by_the_camera_of_its_views(tmp_path, capsys):
     camera = {"eye": [0, 500, 0], "target": [0, 0, 0], "up": [0, 0, 1], "fov_y_deg": 60}
     (tmp_path / "views.json").write_text(json.dumps({"cameras": [camera]}))
     given = ["--scene", "plane_and_box", "--views", str(tmp_path / "views.json")]
-    chong_gortler.main([*given, "--quick", "--lights", "1", "-o", str(tmp_path)])
+    assert cli.main([*TABLE_1, *given, "--lights", "1", "-o", str(tmp_path)]) == 0
     table = read(tmp_path / "chong-1.csv")
     # From so high it is small.
     assert table["covered"].between(1, 999).all()
-    assert table.attrs["command"].endswith("--scene plane_and_box --views views.json --quick")
-    with pytest.raises(SystemExit):
-        chong_gortler.main(given[2:])
+    assert table.attrs["command"].endswith("--quick --scene plane_and_box --views views.json")
+    assert cli.main([*TABLE_1, *given[2:]]) == 2
     assert "--views must come with --scene" in capsys.readouterr().err
 
 
-def test_a_folder_of_another_experiment_is_refused(small, tmp_path):
-    chong_gortler.misclassified(True, tmp_path, count=1)
-    for quick, scene, command in ((False, None, None), (True, small, "python -m other")):
+def test_a_folder_of_another_experiment_is_refused(small, tmp_path, capsys):
+    chong_gortler.misclassified(True, tmp_path, lights=1)
+    for quick, scene in ((False, None), (True, "plane_and_box")):
         with pytest.raises(ValueError, match=r"chong-1\.csv must be the table of"):
-            chong_gortler.misclassified(quick, tmp_path, count=1, scene=scene, command=command)
+            chong_gortler.misclassified(quick, tmp_path, lights=1, scene=scene)
+    assert cli.main(["lab", "papers", "chong-2", "--lights", "1"]) == 2
+    assert "--lights must come with the table chong-1 alone" in capsys.readouterr().err
 
 
 def test_times_stand_beside_the_papers(small, capsys, tmp_path, monkeypatch):
     one = {(2, 500): chong_gortler.PAPER_FPS[2, 500]}
     monkeypatch.setattr(chong_gortler, "PAPER_FPS", one)
-    found = papers.run(["chong-2", "chong-3"], quick=True, folder=tmp_path)
+    found = papers.measure(["chong-2", "chong-3"], quick=True, folder=tmp_path)
     (row,) = found["chong-2"]
     assert (row["lights"], row["map"]) == (2, 250)
     assert row["optimal, ms"] > 0

@@ -6,8 +6,9 @@ import pytest
 
 import lixel as lx
 from lixel import cli
-from lixel.lab import papers
-from lixel.lab.papers import Row, SubstituteScene
+from lixel.lab import papers, passes
+from lixel.lab.papers import measuring, rosen
+from lixel.lab.papers.tables import Row, SubstituteScene, Table
 from lixel.lab.result_tables import read
 
 SMALL = {
@@ -23,13 +24,13 @@ SMALL = {
 @pytest.fixture
 def with_tables(monkeypatch):
     def use(*tables):
-        monkeypatch.setattr(papers, "TABLES", tables)
+        monkeypatch.setattr(papers, "TABLES", {each.name: each for each in tables})
         monkeypatch.setattr(papers, "NAMES", tuple(each.name for each in tables))
 
     return use
 
 
-@pytest.mark.parametrize("each", papers.TABLES, ids=lambda each: each.name)
+@pytest.mark.parametrize("each", papers.TABLES.values(), ids=lambda each: each.name)
 def test_tables_are_whole(each):
     columns = each.stages or each.scenes
     assert each.base in {row.name for row in each.rows}
@@ -37,7 +38,7 @@ def test_tables_are_whole(each):
     for row in each.rows:
         assert len(row.figures) == len(columns)
     # No row that cannot run.
-    assert [row for row, _ in papers._runnable(each)] == list(each.rows)
+    assert [row for row, _ in measuring.runnable(each)] == list(each.rows)
     if each.stages:
         assert len(each.scenes) == 1
         figures = [sum(row.figures) for row in each.rows]
@@ -46,10 +47,10 @@ def test_tables_are_whole(each):
 
 def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
     with_tables(
-        papers.Table(
-            "small", "Small", "nobody, 2000", base="SM", without=papers.CAMERA, path=2,
+        Table(
+            "small", "Small", "nobody, 2000", base="SM", without=passes.VISIBILITY, path=2,
             rows=(
-                Row("gbuffer", "uniform", (5.0, 6.0), passes=papers.CAMERA),
+                Row("gbuffer", "uniform", (5.0, 6.0), passes=passes.VISIBILITY),
                 Row("SM", "uniform", (2.0, (1.0, 3.0))),
                 Row("RTW", "rtw", ((1.0, 2.0), 8.0), {"resolution": 128}),
                 Row("Later", "not_yet", (1.0, 1.0)),
@@ -58,7 +59,7 @@ def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
             **SMALL,
         )
     )  # fmt: skip
-    rows = papers.run(folder=tmp_path, repeats=2)["small"]
+    rows = papers.measure(folder=tmp_path, repeats=2)["small"]
     assert [(row["scene"], row["row"]) for row in rows] == [
         (scene, name) for scene in "AB" for name in ("gbuffer", "SM", "RTW")
     ]
@@ -70,27 +71,28 @@ def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
     ms = ms.groupby(["scene", "method"])["ms"].median()
     assert rows[2]["ours, ratio"] == pytest.approx(ms["A", "rtw"] / ms["A", "uniform"])
     wrong = measured.groupby(["scene", "method"])["misclassified_count"].sum()
-    assert rows[5]["wrong pixels"] == wrong["B", "rtw"]
-    assert "wrong pixels" not in rows[0]
+    assert rows[5]["misclassified"] == wrong["B", "rtw"]
+    assert "misclassified" not in rows[0]
     out = capfd.readouterr().out
     assert "for A: needles(count=40), 242 triangles" in out
     assert "left out, because this version has no such method: Later" in out
     assert "So it is." in out
     # What was measured is kept.
-    papers.run(folder=tmp_path, repeats=2)
+    papers.measure(folder=tmp_path, repeats=2)
     assert read(tmp_path / "small.csv").equals(measured)
 
 
 def test_stages_are_shares_of_the_frame(with_tables):
+    rest = passes.IMPORTANCE + passes.RECEIVERS + passes.LOOKUP
     with_tables(
-        papers.Table(
+        Table(
             "stages", "Stages", "nobody, 2000", base="RTW",
             rows=(Row("RTW", "rtw", (3.0, 1.0)),),
-            stages={"map": ("shadow map",), "rest": papers.IMPORTANCE + papers.LOOKUP},
+            stages={"map": passes.SHADOW_MAP, "rest": rest},
             **{**SMALL, "scenes": {"A": SubstituteScene("needles", {"count": 40})}},
         )
     )  # fmt: skip
-    rows = papers.run(repeats=1)["stages"]
+    rows = papers.measure(repeats=1)["stages"]
     assert [row["stage"] for row in rows] == ["map", "rest"]
     assert [row["paper, %"] for row in rows] == [75.0, 25.0]
     assert sum(row["ours, %"] for row in rows) == pytest.approx(100.0)
@@ -101,11 +103,11 @@ def test_rows_in_another_order_than_the_papers_are_named():
         return {"scene": "A", "row": name, "paper, ratio": paper, "ours, ratio": ours}
 
     rows = [row("SM", 1.0, 1.0), row("DV", 1.5, 0.9), row("RTW", 2.0, 1.02), row("Far", 9.0, 9.0)]
-    assert list(papers._turned(rows)) == ["A: DV is slower than SM only in the paper"]
+    assert list(measuring.turned(rows)) == ["A: DV is slower than SM only in the paper"]
 
 
 def test_quick_halves_images_and_maps(with_tables, monkeypatch, capfd):
-    each = papers.Table(
+    each = Table(
         "small", "Small", "nobody, 2000", base="SM", path=9,
         rows=(
             Row("SM", "uniform", (1.0, 1.0)),
@@ -115,9 +117,9 @@ def test_quick_halves_images_and_maps(with_tables, monkeypatch, capfd):
     )  # fmt: skip
     with_tables(each)
     seen = []
-    monkeypatch.setattr(papers, "_measure", lambda *given: seen.append(given) or 1 / 0)
+    monkeypatch.setattr(papers, "measure_table", lambda *given: seen.append(given) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        papers.run(quick=True)
+        papers.measure(quick=True)
     ((halved, repeats, _),) = seen
     assert (halved.size, halved.resolution, halved.path) == ((64, 48), 32, 2)
     assert halved.rows[1].parameters == {"resolution": 16}
@@ -129,30 +131,30 @@ def test_quick_halves_images_and_maps(with_tables, monkeypatch, capfd):
 
 def test_a_path_turns_the_camera():
     camera = lx.scenes.city(blocks=2).cameras["default"]
-    path = papers._path(camera, 3)
+    path = measuring._path(camera, 3)
     assert path["1"].pose == pytest.approx(camera.pose)
     assert path["0"].pose != pytest.approx(camera.pose)
     assert all(each.eye == pytest.approx(camera.eye) for each in path.values())
 
 
 def test_an_unknown_table_is_refused(capfd):
-    assert cli.main(["papers", "rosen-9"]) == 2
+    assert cli.main(["lab", "papers", "rosen-9"]) == 2
     assert "table must be one of rosen-1" in capfd.readouterr().err
 
 
 def test_rows_without_a_figure_of_the_paper_stand_beside_the_others(with_tables, capfd):
     with_tables(
-        papers.Table(
+        Table(
             "straight", "Straight", "nobody, 2000", base="rtw, not split",
-            rows=papers._straight_and_exact("rtw", (((1.0), (2.0, 3.0)),) * 4),
-            details=papers._DRAWN,
+            rows=rosen.straight_and_exact("rtw", (((1.0), (2.0, 3.0)),) * 4),
+            details=rosen.DRAWN,
             **SMALL,
         )
     )  # fmt: skip
-    rows = papers.run(repeats=1)["straight"]
+    rows = papers.measure(repeats=1)["straight"]
     assert [row["paper, ratio"] for row in rows[:5]] == [1.0, 1.0, 1.0, 1.0, None]
     assert [row["paper, ms"] for row in rows[5:]] == ["2-3"] * 4 + ["-"]
     drawn = [row["triangles drawn"] for row in rows[5:]]
     assert drawn[:4] == sorted(drawn[:4])
     assert drawn[3] > drawn[0]
-    assert rows[5]["wrong pixels"] > rows[9]["wrong pixels"]
+    assert rows[5]["misclassified"] > rows[9]["misclassified"]

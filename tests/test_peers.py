@@ -1,4 +1,4 @@
-"""The other renderers of `lixel bench --peers`, those that are installed: each sees the same
+"""The other renderers of `lixel lab peers`, those that are installed: each sees the same
 surfaces as lixel, and nearly the same shadows.
 
 The eye stands within the bounds of the scene, so that no near plane follows from them.
@@ -9,9 +9,10 @@ import importlib.util
 import pytest
 
 import lixel as lx
-from lixel.lab import peers as bench
+from lixel.lab import peers
 
-# The greatest share of wrong pixels. Rays err next to edges; maps have texels, filters and biases.
+# The greatest share of misclassified pixels. Rays err next to edges; maps have texels, filters and
+# biases.
 SHARES = {
     "Mitsuba 3 llvm_ad_rgb": 0.001,
     "embreex": 0.001,
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.filterwarnings(
 
 
 def test_each_peer_has_a_share():
-    assert list(SHARES) == list(bench.PEERS)
+    assert list(SHARES) == list(peers.PEERS)
 
 
 @pytest.fixture(scope="module")
@@ -50,38 +51,41 @@ def camera(scene):
 
 @pytest.fixture(params=SHARES)
 def name(request):
-    module = bench.PEERS[request.param][0]
+    module = peers.PEERS[request.param][0]
     if importlib.util.find_spec(module) is None:
         pytest.skip(f"{module} is not installed")
     return request.param
 
 
 def test_few_pixels_of_a_row_are_wrong(name, scene, camera, monkeypatch):
-    monkeypatch.setattr(bench, "PEERS", {name: bench.PEERS[name]})
-    rows = bench.run(scene, camera, scene.lights["default"], lx.Uniform(resolution=64), repeats=1)
+    monkeypatch.setattr(peers, "PEERS", {name: peers.PEERS[name]})
+    rows = peers.measure(
+        scene, camera, scene.lights["default"], lx.Uniform(resolution=64), repeats=1
+    )
     assert [row["renderer"] for row in rows] == ["lixel uniform 64", name]
     assert rows[1]["% of covered"] < 100 * SHARES[name]
 
 
 def test_each_frame_is_of_its_own_camera(name, scene, camera):
     light = scene.lights["default"]
-    render = bench.PEERS[name][1](scene, light)
+    render = peers.PEERS[name][1](scene, light)
     other = lx.Camera(scene.cameras["default"].pose, yfov=0.6, width=150, height=200)
     for each in (camera, other):
         truth = lx.reference(scene, each, light)
-        visibility = render(bench.with_planes(each, truth))
-        wrong = bench.wrong_pixels(visibility, truth)
+        visibility = render(peers.with_planes(each, truth))
+        wrong = lx.compare(visibility, truth, other_surfaces="count").misclassified_count
         assert wrong < SHARES[name] * truth.covered.sum()
 
 
 def test_pixels_that_are_not_square_are_rendered_or_refused(name, scene, camera):
     light = scene.lights["default"]
-    render = bench.PEERS[name][1](scene, light)
+    render = peers.PEERS[name][1](scene, light)
     odd = lx.Camera(camera.pose, focal=(150, 180), centre=(100, 90), width=240, height=160)
     truth = lx.reference(scene, odd, light)
-    odd = bench.with_planes(odd, truth)
+    odd = peers.with_planes(odd, truth)
     if name in ("PyVista", "pygfx"):
         with pytest.raises(ValueError, match="camera must have square pixels"):
             render(odd)
     else:
-        assert bench.wrong_pixels(render(odd), truth) < SHARES[name] * truth.covered.sum()
+        found = lx.compare(render(odd), truth, other_surfaces="count")
+        assert found.rate_covered < SHARES[name]

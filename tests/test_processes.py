@@ -182,7 +182,7 @@ def test_the_interpreter_exits_cleanly(last):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
 def test_an_interrupt_ends_a_long_study_and_keeps_what_is_done(tmp_path):
     table = tmp_path / "table.csv"
-    command = [sys.executable, "-m", "lixel", "bench", "plane_and_box", "--size", "64x48"]
+    command = [sys.executable, "-m", "lixel", "lab", "study", "plane_and_box", "--size", "64x48"]
     for resolution in range(16, 400, 2):
         command += ["--resolution", str(resolution)]
     command += [

@@ -200,7 +200,7 @@ def test_a_previous_that_cannot_be_one_is_refused(view):
 def test_snapped_maps_do_not_flicker_and_others_do():
     plain, snapped = lx.DesiredView(), lx.DesiredView(snap=True)
     tried = [(plain, False), (snapped, False), (lx.Uniform(), False), (lx.Exact(), False)]
-    table = flicker.flicker(["pan"], tried, frames=6)
+    table = flicker.measure(["pan"], tried, frames=6)
     restless = dict(zip(range(4), table["flicker"], strict=True))
     assert restless[0] > 3.0
     assert restless[1] < 0.2 * restless[0]
@@ -212,7 +212,7 @@ def test_snapped_maps_do_not_flicker_and_others_do():
 
 def test_exact_shadows_change_as_the_reference_does():
     for motion in ("walk", "sun"):
-        table = flicker.flicker([motion], [(lx.Exact(), False), (lx.Uniform(), False)], frames=4)
+        table = flicker.measure([motion], [(lx.Exact(), False), (lx.Uniform(), False)], frames=4)
         assert table["truth"].min() > 1.0
         assert table["flicker"][0] == 0.0
         assert table["flicker"][1] > 0.0
@@ -220,14 +220,14 @@ def test_exact_shadows_change_as_the_reference_does():
 
 def test_what_cannot_be_measured_is_refused():
     with pytest.raises(ValueError, match=r"motion must be one of pan, walk, sun, got 'run'"):
-        flicker.flicker(["run"])
+        flicker.measure(["run"])
     with pytest.raises(ValueError, match="frames must be at least 2, got 1"):
-        flicker.flicker(frames=1)
+        flicker.measure(frames=1)
 
 
 def test_the_command_prints_the_table(capsys, tmp_path):
     path = tmp_path / "flicker.csv"
-    line = ["stress", "--flicker", "--quick", "--method", "uniform", "--method", "exact"]
+    line = ["lab", "flicker", "--frames", "3", "--method", "uniform", "--method", "exact"]
     assert cli.main([*line, "-o", str(path)]) == 0
     assert "flicker" in capsys.readouterr().out
     assert len(path.read_text(encoding="utf-8").splitlines()) == 4 + 7

@@ -1,5 +1,5 @@
 """Views that are hard for float32 and for maps: every method within its bound, or a known limit.
-`lixel stress` has more of each family and prints the table."""
+`lixel lab stress` has more of each family and prints the table."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ import pytest
 
 import lixel as lx
 from lixel import cli
-from lixel.lab import stress
+from lixel.lab import culling, hard_views, stress
 from lixel.lab.result_tables import read
 
-CASES = stress.cases()
-MAPS = [name for name in lx.METHODS if name not in stress.WITHOUT_MAP]
+CASES = hard_views.cases()
+MAPS = [name for name in lx.METHODS if name not in hard_views.WITHOUT_MAP]
 
 
-@pytest.mark.parametrize("method", stress.WITHOUT_MAP)
+@pytest.mark.parametrize("method", hard_views.WITHOUT_MAP)
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_no_pixel_is_wrong_without_a_map(case, method):
-    judged = stress.judge(case, method)
-    assert judged["wrong"] == 0 or judged["limit"], judged
+def test_methods_without_a_map_misclassify_no_pixel(case, method):
+    found = stress.evaluate(case, method)
+    assert found["misclassified"] == 0 or found["limit"], found
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.quick], ids=str)
 def test_maps_are_within_their_bounds(case):
-    for method in stress.methods_for(case, MAPS):
-        judged = stress.judge(case, method)
-        assert judged["beyond"] == 0 or judged["limit"], judged
+    for method in hard_views.methods_for(case, MAPS):
+        found = stress.evaluate(case, method)
+        assert found["beyond"] == 0 or found["limit"], found
 
 
 @pytest.mark.parametrize("limit", stress.LIMITS, ids=lambda limit: limit.cases[0])
@@ -35,8 +35,8 @@ def test_a_known_limit_is_one_still(limit):
     known = [case for case in CASES if str(case) in limit.cases]
     assert len(known) == len(limit.cases)
     for case in known:
-        methods = stress.methods_for(case, limit.methods)
-        assert any(stress.judge(case, method)["beyond"] for method in methods), str(case)
+        methods = hard_views.methods_for(case, limit.methods)
+        assert any(stress.evaluate(case, method)["beyond"] for method in methods), str(case)
 
 
 def test_the_truth_is_more_than_ties():
@@ -51,18 +51,12 @@ def test_the_truth_is_more_than_ties():
 
 def test_a_wrong_picture_is_beyond_every_bound(view):
     truth = lx.reference(*view)
-    frame = lx.render(*view, lx.DesiredView(resolution=stress.RESOLUTION))
+    frame = lx.render(*view, lx.DesiredView(resolution=hard_views.RESOLUTION))
     inside = stress.explained(frame, truth)
     assert 0 < inside.sum() < 0.7 * truth.covered.sum()
     for lit in (0.0, 1.0):
         flat = np.where(truth.covered, np.float32(lit), np.nan)
-        assert (stress.wrong_pixels(flat, truth) & ~inside).sum() > 10
-    assert not stress.wrong_pixels(truth.visibility, truth).any()
-    # A surface that is missing is wrong, too.
-    missing = truth.visibility.copy()
-    missing[truth.covered] = np.nan
-    wrong = stress.wrong_pixels(missing, truth)
-    assert (wrong == (truth.covered & ~truth.triangle_tie)).all()
+        assert (lx.compare(flat, truth).misclassified & ~inside).sum() > 10
 
 
 def test_a_layer_that_no_sample_needs_is_lit():
@@ -75,7 +69,7 @@ def test_a_layer_that_no_sample_needs_is_lit():
 
 
 def test_what_is_skipped_changes_no_pixel():
-    table = stress.skips(repeats=1)
+    table = culling.measure(repeats=1)
     assert table["same"].all(), table[~table["same"]]
     # And something is skipped, of each kind.
     assert (table["culled_by_depth"] > 0).any()
@@ -88,18 +82,18 @@ def test_what_is_skipped_changes_no_pixel():
 
 def test_unknown_families_and_methods_are_refused():
     with pytest.raises(ValueError, match=r"family must be one of moved, .*, got 'rain'"):
-        stress.cases(["rain"])
+        hard_views.cases(["rain"])
     with pytest.raises(ValueError, match="unknown"):
-        stress.run(["unknown"], ["image"])
+        stress.measure(["unknown"], ["image"])
 
 
 def test_command(capsys, tmp_path):
     table = tmp_path / "stress.csv"
     options = ["--quick", "--family", "image", "--method", "exact", "--method", "uniform"]
-    assert cli.main(["stress", *options, "-o", str(table)]) == 0
+    assert cli.main(["lab", "stress", *options, "-o", str(table)]) == 0
     assert "uniform" in capsys.readouterr().out
     found = read(table)
     assert set(found["method"]) == {"exact", "uniform"}
-    assert (found.loc[found["method"] == "exact", "wrong"] == 0).all()
-    assert cli.main(["stress", "-o", "table.txt"]) == 2
-    assert "output must end in .csv or .parquet" in capsys.readouterr().err
+    assert (found.loc[found["method"] == "exact", "misclassified"] == 0).all()
+    assert cli.main(["lab", "stress", "-o", "table.txt"]) == 2
+    assert "must end in .csv or .parquet" in capsys.readouterr().err

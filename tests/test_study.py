@@ -133,7 +133,7 @@ def test_a_light_is_no_camera(view):
 def test_cases_of_a_scene_take_turns(monkeypatch):
     order = []
     monkeypatch.setattr(
-        module, "_sample", lambda case, turn: order.append((case.key, turn)) or blank(case, turn)
+        module, "sample", lambda case, turn: order.append((case.key, turn)) or blank(case, turn)
     )
     table = lx.study("plane_and_box", methods=["uniform", "rtw"], repeats=3, **SMALL)
     assert order == [(key, turn) for turn in range(3) for key in table["case"]]
@@ -155,7 +155,7 @@ def test_without_pandas_the_error_says_the_remedy(monkeypatch):
 def test_a_finished_study_measures_nothing_again(tmp_path, monkeypatch):
     journal = tmp_path / "journal.jsonl"
     first = lx.study("plane_and_box", repeats=2, journal=journal, **SMALL)
-    monkeypatch.setattr(module, "_sample", None)
+    monkeypatch.setattr(module, "sample", None)
     again = lx.study("plane_and_box", repeats=2, journal=journal, **SMALL)
     pd.testing.assert_frame_equal(first, again)
 
@@ -229,14 +229,14 @@ def until(holds, seconds=60.0):
 
 
 def test_ctrl_c_keeps_what_there_is(monkeypatch, capfd):
-    sample = module._sample
+    sample = module.sample
 
     def interrupted(case, turn):
         if turn == 1 and case.method.name == "rtw":
             os.kill(os.getpid(), signal.SIGINT)
         return sample(case, turn)
 
-    monkeypatch.setattr(module, "_sample", interrupted)
+    monkeypatch.setattr(module, "sample", interrupted)
     table = lx.study("plane_and_box", methods=["uniform", "rtw"], repeats=3, **SMALL)
     assert list(table["repeats"]) == [2, 1]
     assert not table.attrs["complete"]
@@ -357,10 +357,10 @@ def test_the_cases_of_a_view_travel_together(suns, methods, tasks):
 # --- On the command line ---
 
 
-def test_bench_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
+def test_the_command_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
     output = tmp_path / "table.csv"
     command = [
-        *("bench", "plane_and_box", "needles", "--size", "64x36", "--repeats", "2"),
+        *("lab", "study", "plane_and_box", "needles", "--size", "64x36", "--repeats", "2"),
         *("--method", "uniform", "--method", "rtw", "--resolution", "64"),
         *("--set", "lookup=auto,depth", "-o", str(output)),
     ]
@@ -370,7 +370,7 @@ def test_bench_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
     assert len(text) == 2 + 2 * 2 * 2
     table = read(output)
     assert list(table["lookup"].unique()) == ["auto", "depth"]
-    assert table.attrs["command"].startswith("lixel bench plane_and_box needles --size 64x36")
+    assert table.attrs["command"].startswith("lixel lab study plane_and_box needles --size 64x36")
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", table.attrs["date"])
     assert set(samples(tmp_path / "table.csv.jsonl").values()) == {1}
     before = output.read_text()
@@ -379,7 +379,7 @@ def test_bench_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
     assert len(lines(tmp_path / "table.csv.jsonl")) == 16
 
 
-def test_bench_takes_every_view_of_a_file(tmp_path, capfd):
+def test_the_command_takes_every_view_of_a_file(tmp_path, capfd):
     views = tmp_path / "views.json"
     camera = {"eye": [1, 2, 3], "target": [0, 0, 0], "fov_y_deg": 60}
     lights = [{"kind": "directional", "direction": d} for d in ([0, -2, 0], [1, -2, 0])]
@@ -388,7 +388,7 @@ def test_bench_takes_every_view_of_a_file(tmp_path, capfd):
     )
     output = tmp_path / "table.csv"
     command = [
-        *("bench", "plane_and_box", "--views", str(views), "--all-views", "--size", "64x36"),
+        *("lab", "study", "plane_and_box", "--views", str(views), "--all-views", "--size", "64x36"),
         *("--method", "uniform", "--resolution", "64", "--repeats", "1", "-o", str(output)),
     ]
     assert cli.main(command) == 0
@@ -396,14 +396,14 @@ def test_bench_takes_every_view_of_a_file(tmp_path, capfd):
     assert table[["camera", "light"]].values.tolist() == [[0, 0], [0, 1], [1, 0], [1, 1]]
 
 
-def test_bench_draws_time_against_error(tmp_path):
+def test_the_command_draws_time_against_error(tmp_path):
     picture = tmp_path / "plot.png"
-    command = ["bench", "plane_and_box", "--size", "64x36", "--repeats", "1"]
+    command = ["lab", "study", "plane_and_box", "--size", "64x36", "--repeats", "1"]
     assert cli.main([*command, "--resolution", "64", "--plot", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("option", ["-o", "--plot"])
-def test_bench_refuses_an_output_before_the_work(option, tmp_path, capfd):
-    assert cli.main(["bench", "plane_and_box", option, str(tmp_path / "table.xlsx")]) == 2
+def test_the_command_refuses_an_output_before_the_work(option, tmp_path, capfd):
+    assert cli.main(["lab", "study", "plane_and_box", option, str(tmp_path / "table.xlsx")]) == 2
     assert "must end in ." in capfd.readouterr().err

@@ -26,7 +26,7 @@ import trimesh
 
 import lixel as lx
 from lixel import _core
-from lixel.lab import stress
+from lixel.lab import hard_views
 
 REFUSALS = (ValueError, TypeError, lx.DeviceError)
 """What a wrong input may raise; anything else, and above all a panic, is a fault."""
@@ -321,7 +321,7 @@ def picture(r: random.Random) -> None:
         li = lx.HemisphereLight(place, g.normal(size=3))
     name = r.choice(["exact", "ray_traced", *lx.METHODS])
     chosen = lx.method_from(name)
-    if name not in stress.WITHOUT_MAP:
+    if name not in hard_views.WITHOUT_MAP:
         chosen = type(chosen)(resolution=r.choice([1, 2, 33, 128]))
     if not chosen.takes(li):
         return
@@ -329,13 +329,11 @@ def picture(r: random.Random) -> None:
     assert visibility.shape == (height, width)
     assert (np.isnan(visibility) | (visibility == 0.0) | (visibility == 1.0)).all()
     truth = lx.reference(s, c, li)
-    wrong = stress.wrong_pixels(visibility, truth)
+    found = lx.compare(visibility, truth, other_surfaces="count")
     if name in ("exact", "ray_traced"):
-        assert not wrong.any(), f"{wrong.sum()} pixels of {name}, seed {seed}"
+        assert not found.misclassified_count, f"{found} by {name}, seed {seed}"
     # No map moves a surface.
-    assert not ((np.isnan(visibility) != np.isnan(truth.visibility)) & ~truth.triangle_tie).any(), (
-        f"surfaces, seed {seed}"
-    )
+    assert not found.other_surface.any(), f"surfaces, seed {seed}"
 
 
 VIEW = (

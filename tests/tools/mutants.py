@@ -121,7 +121,8 @@ MUTANTS = (
     ),
     Mutant(
         "tears", "a disc goes on beyond them", LOOKUP,
-        "whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);", "", TORN,
+        "whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);", "",
+        TORN,
     ),
     Mutant(
         "tears", "tiles across are not drawn", SEEN,

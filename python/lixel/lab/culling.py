@@ -7,7 +7,6 @@ more with nothing left out.
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -67,16 +66,11 @@ def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
             outputs = ("visibility",)
             render_outputs(*view, method, outputs)
             frames = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
-            os.environ[SKIP_NOTHING] = "1"
-            try:
-                whole = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
-            finally:
-                del os.environ[SKIP_NOTHING]
+            whole = [
+                render_outputs(*view, method, outputs, culling=False)[1] for _ in range(repeats)
+            ]
             rows.append({"view": case.name, "method": method.name, **_skipped(frames, whole)})
     return pandas.DataFrame(rows)
-
-
-SKIP_NOTHING = "LIXEL_SKIP_NOTHING"
 
 
 def _lit_from_below() -> View:
