@@ -29,14 +29,14 @@ def changed(monkeypatch, **parts):
 
 @pytest.fixture
 def cheap_maps(monkeypatch):
-    costly = ("ray_traced", "exact, sun", "exact, lamp")
+    costly = ("ray_traced", "exact, directional", "exact, positional")
     changed(monkeypatch, ms={name: [1e6, 0.0, 0.0, 0.0] for name in costly})
 
 
 def lights(scene):
     low, high = scene.bounds
-    lamp = low + (high - low) * [0.3, 1.3, 0.6]
-    return (*scene.lights.values(), lx.PointLight(lamp))
+    point_light = low + (high - low) * [0.3, 1.3, 0.6]
+    return (*scene.lights.values(), lx.PointLight(point_light))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -62,11 +62,11 @@ def test_maps_are_taken_where_they_are_cheaper_and_good_enough(cheap_maps):
     assert chosen[0.002].method.map_resolution in (1024, 2048)
     assert chosen[0.0].method in (lx.Exact(), lx.RayTraced())
     assert chosen[0.0].stats["auto"]["tried"] == []
-    lamp = lights(scene)[1]
-    frame = lx.render(*view[:2], lamp, max_error=0.5)
+    point_light = lights(scene)[1]
+    frame = lx.render(*view[:2], point_light, max_error=0.5)
     assert frame.method == lx.DesiredView(resolution=512)
     # Every map that was rendered counts.
-    alone = lx.render(*view[:2], lamp, frame.method)
+    alone = lx.render(*view[:2], point_light, frame.method)
     assert frame.timings.keys() >= alone.timings.keys() - {"visibility"}
 
 
@@ -115,9 +115,9 @@ def test_more_time_is_less_error(cheap_maps, view):
 
 def test_it_is_the_default_and_chooses_for_each_light(view):
     scene, camera, light = view
-    lamp = lx.PointLight((1.0, 6.0, 2.0))
-    both = lx.render_shadows(scene, camera, [light, lamp])
-    for layer, one in zip(both, (light, lamp), strict=True):
+    point_light = lx.PointLight((1.0, 6.0, 2.0))
+    both = lx.render_shadows(scene, camera, [light, point_light])
+    for layer, one in zip(both, (light, point_light), strict=True):
         alone = lx.render(scene, camera, one, lx.Auto())
         assert layer.tobytes() == alone.visibility.tobytes()
         assert lx.render_shadows(scene, camera, one).tobytes() == layer.tobytes()
@@ -131,7 +131,7 @@ def test_a_device_that_cannot_is_given_another_method(view, monkeypatch):
     def render(method):
         if isinstance(method, auto.RayTraced):
             raise lx.DeviceError("too long a walk")
-        return lx.frame._rendered(scene, camera, light, method, ("visibility",))
+        return lx.frame.render_outputs(scene, camera, light, method, ("visibility",))[1]
 
     method, results = auto.choose(scene, camera, light, lx.Auto(max_error=0.0), render)
     assert method == lx.Exact()

@@ -48,9 +48,9 @@ def test_tables_are_whole(each):
 def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
     with_tables(
         Table(
-            "small", "Small", "nobody, 2000", base="SM", without=passes.VISIBILITY, path=2,
+            "small", "Small", "nobody, 2000", base="SM", without=(passes.VISIBILITY,), path=2,
             rows=(
-                Row("gbuffer", "uniform", (5.0, 6.0), passes=passes.VISIBILITY),
+                Row("gbuffer", "uniform", (5.0, 6.0), passes=(passes.VISIBILITY,)),
                 Row("SM", "uniform", (2.0, (1.0, 3.0))),
                 Row("RTW", "rtw", ((1.0, 2.0), 8.0), {"resolution": 128}),
                 Row("Later", "not_yet", (1.0, 1.0)),
@@ -83,12 +83,12 @@ def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
 
 
 def test_stages_are_shares_of_the_frame(with_tables):
-    rest = passes.IMPORTANCE + passes.RECEIVERS + passes.LOOKUP
+    rest = (*passes.IMPORTANCE, *passes.RECEIVERS, passes.LOOKUP)
     with_tables(
         Table(
             "stages", "Stages", "nobody, 2000", base="RTW",
             rows=(Row("RTW", "rtw", (3.0, 1.0)),),
-            stages={"map": passes.SHADOW_MAP, "rest": rest},
+            stages={"map": (passes.SHADOW_MAP,), "rest": rest},
             **{**SMALL, "scenes": {"A": SubstituteScene("needles", {"count": 40})}},
         )
     )  # fmt: skip

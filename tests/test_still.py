@@ -211,7 +211,7 @@ def test_snapped_maps_do_not_flicker_and_others_do():
 
 
 def test_exact_shadows_change_as_the_reference_does():
-    for motion in ("walk", "sun"):
+    for motion in ("walk", "light"):
         table = flicker.measure([motion], [(lx.Exact(), False), (lx.Uniform(), False)], frames=4)
         assert table["truth"].min() > 1.0
         assert table["flicker"][0] == 0.0
@@ -219,7 +219,7 @@ def test_exact_shadows_change_as_the_reference_does():
 
 
 def test_what_cannot_be_measured_is_refused():
-    with pytest.raises(ValueError, match=r"motion must be one of pan, walk, sun, got 'run'"):
+    with pytest.raises(ValueError, match=r"motion must be one of pan, walk, light, got 'run'"):
         flicker.measure(["run"])
     with pytest.raises(ValueError, match="frames must be at least 2, got 1"):
         flicker.measure(frames=1)

@@ -29,12 +29,32 @@ def test_each_draws_into_axes(view, plot, method):
     assert plot(frame, ax) is ax
 
 
-@pytest.mark.parametrize("plot", PLOTS)
+@pytest.mark.parametrize("plot", PLOTS[:-1])
 def test_no_warp_and_no_layer(view, plot):
     with pytest.raises(ValueError, match="layer must be one of the frame's 0 layers"):
         plot(lx.render(*view, "desired_view"))
     with pytest.raises(ValueError, match="1 layers with a warp, got 1"):
         plot(lx.render(*view, "rtw"), layer=1)
+
+
+def test_a_map_without_a_warp_is_drawn(view):
+    frame = lx.render(*view, "desired_view")
+    shown = warp_plots.shadow_map(frame).images[0].get_array()
+    assert np.array_equal(np.ma.getmaskarray(shown), frame.shadow_map[0] == 1.0)
+    with pytest.raises(ValueError, match="layer must be one of the map's 1, got 1"):
+        warp_plots.shadow_map(frame, layer=1)
+
+
+def test_the_grid_is_where_the_warp_came_from(view):
+    frame = lx.render(*view, lx.RectilinearWarp(resolution=64))
+    lines = [line.get_xydata() for line in warp_plots.warp_grid(frame, lines=5).lines]
+    assert len(lines) == 10
+    for i, place in enumerate(np.linspace(0, 1, 5)):
+        across, along = (
+            lx.warp_points(frame.warp_map[0], line) for line in lines[2 * i : 2 * i + 2]
+        )
+        assert across[:, 0] == pytest.approx(place, abs=1e-6)
+        assert along[:, 1] == pytest.approx(place, abs=1e-6)
 
 
 def test_the_warp_spreads_what_the_plot_counts(view):

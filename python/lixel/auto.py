@@ -72,7 +72,7 @@ def features(
 
 def time_key(method: Method, light: Light) -> str:
     """Which of the model's times is the method's."""
-    kind = "sun" if isinstance(light, DirectionalLight) else "lamp"
+    kind = "directional" if isinstance(light, DirectionalLight) else "positional"
     return method.name if isinstance(method, RayTraced) else f"{method.name}, {kind}"
 
 

@@ -38,7 +38,7 @@ from .lab.options import (
     method_with,
     view_of,
 )
-from .lab.report import say, table
+from .lab.report import status, table
 from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
 from .pictures.display import milliseconds
 
@@ -80,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.run(options)
     except (ValueError, TypeError, OSError, ImportError, DeviceError) as error:
         # One line, whatever the message holds.
-        say("lixel: error: " + " ".join(str(error).split()))
+        status("lixel: error: " + " ".join(str(error).split()))
         return 2
     except KeyboardInterrupt:
         return 130

@@ -1,4 +1,4 @@
-"""How wrong a visibility image is."""
+"""Comparison of a visibility image with the reference: misclassified pixels, and edges."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from .camera import Camera
 from .light import DirectionalLight
 from .scene import Scene
 
-SUN = DirectionalLight((0.4, -0.8, -0.45))
-"""A sun from above."""
+DEFAULT_LIGHT = DirectionalLight((0.4, -0.8, -0.45))
+"""A directional light from above."""
 
 
 def see_all(scene: Scene, width: int = 1920, height: int = 1080) -> Camera:

@@ -1,4 +1,4 @@
-"""The truth to judge every method by."""
+"""The reference that every method is compared with."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ def measure(scene: Scene, camera: Camera, light: Light) -> Iterator[dict[str, An
             "covered": found.covered_count,
             "differing": None if coarse is None else auto.differing(coarse, visibility),
             "misclassified": found.misclassified_count,
-            "visibility_ms": timings.pop(passes.VISIBILITY[0], None),
+            "visibility_ms": timings.pop(passes.VISIBILITY, None),
             "build_ms": next((ms for ms in built if ms is not None), None),
             "gpu_ms": sum(timings.values()),
         }
@@ -177,7 +177,7 @@ def fit(table: pandas.DataFrame) -> dict[str, Any]:
         falls += [by_size[2 * n] / by_size[n] for n in by_size if 2 * n in by_size]
     times = defaultdict(list)
     for row in generated.to_dict("records"):
-        kind = "sun" if row["light"] == "DirectionalLight" else "lamp"
+        kind = "directional" if row["light"] == "DirectionalLight" else "positional"
         by_rays = row["method"] == "ray_traced"
         size = row["triangles"], row["width"] * row["height"]
         resolution = None if math.isnan(row["resolution"]) else int(row["resolution"])

@@ -16,7 +16,7 @@ import numpy as np
 from .. import _core
 from ..arguments import instance
 from ..camera import Camera
-from ..default_view import SUN, see_all
+from ..default_view import DEFAULT_LIGHT, see_all
 from ..light import LIGHTS, Light
 from ..load import load
 from ..methods import METHODS, Method, method_from
@@ -68,7 +68,7 @@ def cases_of(
         lit_by = _views_of(name, "lights", lights, scene.lights, LIGHTS)
         for (camera_name, camera), (light_name, light), method in itertools.product(
             (seen_by or {"all": see_all(scene)}).items(),
-            (lit_by or {"sun": SUN}).items(),
+            (lit_by or {"default": DEFAULT_LIGHT}).items(),
             variants,
         ):
             if not method.takes(light):

@@ -1,4 +1,4 @@
-"""Render a built-in scene with every method, and tell what each costs and misclassifies."""
+"""Render a built-in scene with every method: what each costs, and what it misclassifies."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..pictures import display
 from ..reference import reference
 from ..scene import Scene
 from .options import add_output, add_size, keep
-from .report import progress, say, table
+from .report import progress, status, table
 from .views import SIZE
 
 AROUND_A_POINT_LIGHT = ("cube", "cube+rtw", "dual_paraboloid", "improved_paraboloid", "ray_traced")
@@ -54,24 +54,24 @@ def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
         ``"point"``.
     """
     scene = scenes.colonnade()
-    camera, sun = scene.cameras["default"].resized(width, height), scene.lights["default"]
+    camera, light = scene.cameras["default"].resized(width, height), scene.lights["default"]
     low, high = scene.bounds
     point_light = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
-    say(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
-    in_the_sun = [method() for method in METHODS.values() if method().takes(sun)]
+    status(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
+    methods = [method() for method in METHODS.values() if method().takes(light)]
     around = [method_from(name) for name in AROUND_A_POINT_LIGHT]
     tables = {
-        "directional": evaluate(scene, camera, sun, in_the_sun, folder / "directional", 3),
+        "directional": evaluate(scene, camera, light, methods, folder / "directional", 3),
         "point": evaluate(scene, camera, point_light, around, folder / "point", 3),
     }
-    frame = render(scene, camera, sun, "exact")
+    frame = render(scene, camera, light, "exact")
     frame.save(folder / "shadows.png")
-    for light, rows in tables.items():
-        print(f"{light} light\n\n{table(rows)}\n")
+    for kind, rows in tables.items():
+        print(f"{kind} light\n\n{table(rows)}\n")
     adapter = frame.adapter
     print(f"on {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
     print(f"pictures in {folder}: shadows.png, and one for each row with its misclassified pixels")
-    return [{"light": light, **row} for light, rows in tables.items() for row in rows]
+    return [{"light": kind, **row} for kind, rows in tables.items() for row in rows]
 
 
 def evaluate(
@@ -120,7 +120,7 @@ def evaluate(
         frames.append(of_method[len(of_method) // 2])
     # What depends on the camera alone ran only once, and counts for every frame.
     shared = {name: ms for name, ms in first.items() if name not in frames[0]["timings"]}
-    say("reference: casting rays on the CPU")
+    status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
     rows = []
     for method, frame in zip(methods, frames, strict=True):

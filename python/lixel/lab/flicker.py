@@ -79,18 +79,18 @@ def _walk(scene: Scene, frame: int) -> View:
     return scene, camera, scene.lights["default"]
 
 
-def _sun(scene: Scene, frame: int) -> View:
+def _light(scene: Scene, frame: int) -> View:
     """The camera stands still, the light turns by a tenth of a degree at a time."""
-    sun = scene.lights["default"]
-    assert isinstance(sun, DirectionalLight)
-    x, y, z = sun.direction
+    light = scene.lights["default"]
+    assert isinstance(light, DirectionalLight)
+    x, y, z = light.direction
     turn = np.radians(0.1 * frame)
     turned = (x * np.cos(turn) - z * np.sin(turn), y, x * np.sin(turn) + z * np.cos(turn))
     return scene, _camera((-3.1, 2.3, 4.2)), DirectionalLight(turned)
 
 
 MOTIONS: Mapping[str, Callable[[Scene, int], View]] = MappingProxyType(
-    {"pan": _pan, "walk": _walk, "sun": _sun}
+    {"pan": _pan, "walk": _walk, "light": _light}
 )
 """What moves, by name."""
 

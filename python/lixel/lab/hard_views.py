@@ -92,7 +92,7 @@ def _point_light() -> View:
     return scene, camera, PointLight((0.7, 2.9, 0.4))
 
 
-PLAIN = {"sun": _plain, "point light": _point_light}
+PLAIN = {"directional light": _plain, "point light": _point_light}
 
 
 def _camera(eye: Any, target: Any, **options: Any) -> Camera:
@@ -141,7 +141,7 @@ def _scaled(family: str) -> Iterator[Case]:
                 f"10^{power}, {lit_by}",
                 make,
                 of=plain,
-                quick=power == (6 if lit_by == "sun" else -6),
+                quick=power == (6 if lit_by == "directional light" else -6),
             )
 
 
@@ -177,15 +177,14 @@ def _lights(family: str) -> Iterator[Case]:
 
     for degrees in (10.0, 1.0, 0.1, 0.01):
         angle = math.radians(degrees)
-        sun = DirectionalLight((0.8 * math.cos(angle), -math.sin(angle), 0.6 * math.cos(angle)))
-        make = lit(lambda view, sun=sun: sun)  # type: ignore[misc]
-        yield Case(family, f"sun {degrees:g} degrees above the floor", make)
-        height = 9.0 * math.tan(angle)
-        light = PointLight((-7.2, height, -5.4))
-        make = lit(lambda view, light=light: light)  # type: ignore[misc]
-        yield Case(
-            family, f"point light {degrees:g} degrees above the floor", make, quick=degrees < 0.1
-        )
+        sides = 0.8 * math.cos(angle), 0.6 * math.cos(angle)
+        parallel = DirectionalLight((sides[0], -math.sin(angle), sides[1]))
+        make = lit(lambda view, parallel=parallel: parallel)  # type: ignore[misc]
+        yield Case(family, f"directional light {degrees:g} degrees above the floor", make)
+        beside = PointLight((-7.2, 9.0 * math.tan(angle), -5.4))
+        make = lit(lambda view, beside=beside: beside)  # type: ignore[misc]
+        name = f"point light {degrees:g} degrees above the floor"
+        yield Case(family, name, make, quick=degrees < 0.1)
     forward = -_plain()[1].pose[:3, 2]
     yield Case(family, "along the view", lit(lambda view: DirectionalLight(forward)))
     yield Case(family, "against the view", lit(lambda view: DirectionalLight(-forward)))
@@ -262,12 +261,12 @@ def _geometry(family: str) -> Iterator[Case]:
 
             # A triangle in the place of another is a tie with it, and so is all behind them.
             plain = functools.partial(view, _few_objects) if make in REPEATED else None
-            quick = lit_by == "sun"
+            quick = lit_by == "directional light"
             yield Case(family, f"{name}, {lit_by}", view, truth=plain, quick=quick)
 
 
 LIGHTS: dict[str, Light] = {
-    "sun": DirectionalLight((0.55, -0.7, -0.35)),
+    "directional light": DirectionalLight((0.55, -0.7, -0.35)),
     "point light": PointLight((-0.9, 1.9, 0.7)),
 }
 

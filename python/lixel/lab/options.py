@@ -23,7 +23,7 @@ CAMERA_HELP = """name or index of a camera of the scene or of --views, or "eye;t
 60deg; default: the first camera, or one that sees the whole scene"""
 
 LIGHT_HELP = """name or index of a light of the scene or of --views, or "x,y,z", the direction from
-the light towards the scene; default: the first light, or a sun from above"""
+the light towards the scene; default: the first light, or one from above"""
 
 VIEWS_HELP = """file with cameras (eye, target, up, fov_y_deg) and lights (kind, direction) to use
 instead of the scene's own; in a list of such objects, the one whose "file" is the scene's name"""

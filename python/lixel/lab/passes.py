@@ -1,14 +1,20 @@
-"""The passes of a frame, in groups: what tables add up, by the labels that the core gives them."""
+"""The passes of a frame by the core's labels, and the groups that tables add up."""
 
 from __future__ import annotations
 
-VISIBILITY = ("visibility",)
-"""What the camera sees."""
+VISIBILITY = "visibility"
+WARP_MAP = "warp map"
+SHADOW_MAP = "shadow map"
+LOOKUP = "lookup"
+RECEIVER_LISTS = "receiver lists"
+CASTER_TESTS = "caster tests"
+SHADOW_RAYS = "shadow rays"
+FIT_LIGHT_MATRIX = "fit light matrix (CPU)"
 
 RECEIVERS = ("receivers", "receiver tiles", "image tiles")
-"""What of it faces the light, and where it is in the image and in the map."""
+"""What of the image faces the light, and where it is in the image and in the map."""
 
-FIT = ("samples", "outline", "edges (CPU)", "fit light matrix (CPU)")
+FIT = ("samples", "outline", FIT_LIGHT_MATRIX)
 """Where the map lies."""
 
 IMPORTANCE = (
@@ -16,19 +22,13 @@ IMPORTANCE = (
 )  # fmt: skip
 """What a warp is made from."""
 
-WARP = ("warp map",)
-SHADOW_MAP = ("shadow map",)
-LOOKUP = ("lookup",)
+MAP = (WARP_MAP, SHADOW_MAP, LOOKUP)
 
-BUILD = ("hierarchy (CPU)", "acceleration structure")
-"""What rays need, once for the vertices of a scene."""
+BUILD = ("hierarchy (CPU)", "acceleration structure", "edges (CPU)")
+"""What is made once for the vertices of a scene."""
 
-RECEIVER_LISTS, CASTER_TESTS = "receiver lists", "caster tests"
-SHADOW_RAYS, RAY_QUERIES = "shadow rays", "ray queries"
-SHADOW_VOLUMES = "shadow volumes"
-
-MAPLESS = (RECEIVER_LISTS, CASTER_TESTS, SHADOW_RAYS, RAY_QUERIES, SHADOW_VOLUMES)
+WITHOUT_MAP = (RECEIVER_LISTS, CASTER_TESTS, SHADOW_RAYS, "ray queries", "shadow volumes")
 """Shadows without a map."""
 
-GROUPS = (VISIBILITY, RECEIVERS, FIT, IMPORTANCE, WARP, SHADOW_MAP, LOOKUP, BUILD, MAPLESS)
+GROUPS = ((VISIBILITY,), RECEIVERS, FIT, IMPORTANCE, MAP, BUILD, WITHOUT_MAP)
 """Every label is in one of them."""

@@ -25,8 +25,8 @@ def random_lights(
     """Directional, point and spot lights, or some of these, by turns; of those with a position
     every other one is in the camera's view.
 
-    Suns come from above the horizon. Lamps outside the view are anywhere else in the scene's box,
-    made half as large again; spots point to a place in the box.
+    Directional lights come from above the horizon. Lights outside the view are anywhere else in the
+    scene's box, made half as large again; spots point to a place in the box.
     """
     lights: list[Light] = []
     for number in range(count):

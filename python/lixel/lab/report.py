@@ -68,6 +68,6 @@ def progress(
         yield from tqdm(items, desc=label, total=total, initial=done, leave=False)
 
 
-def say(text: str) -> None:
+def status(text: str) -> None:
     """A line on stderr about what goes on now."""
     print(text, file=sys.stderr, flush=True)

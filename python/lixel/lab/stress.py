@@ -8,7 +8,7 @@ the same for all:
 * A view that is a plain one moved, scaled or with other planes of depth has no more misclassified
   pixels than the plain one, and three standard deviations of such a count: the texels fall
   elsewhere.
-* In any other view a map may be wrong where its texels are too wide to tell: nearer than three of
+* In any other view a map may misclassify pixels where its texels are too wide: nearer than three of
   them and one pixel to an edge of a shadow, or to an outline, behind which one may hide.
 
 What is beyond its bound is a fault, or one of the known `LIMITS`.
@@ -233,7 +233,7 @@ LIMITS: tuple[Limit, ...] = (
         "a pixel: no pixel's middle is in that shadow, so the reference has no edge there.",
     ),
     Limit(
-        ("geometry, needles, sun", "geometry, needles, point light"),
+        ("geometry, needles, directional light", "geometry, needles, point light"),
         ("shadow_volumes",),
         "The hardware that draws the volumes snaps their corners to a fraction of a pixel.",
     ),
@@ -261,7 +261,7 @@ LIMITS: tuple[Limit, ...] = (
         "what the others see, and what is off the map counts as lit.",
     ),
     Limit(
-        ("huge floor, 10^6 objects wide, sun",),
+        ("huge floor, 10^6 objects wide, directional light",),
         ("plane_optimal",),
         "A single pixel, where texels are narrow.",
     ),
@@ -269,7 +269,7 @@ LIMITS: tuple[Limit, ...] = (
         ("huge floor, 10^6 objects wide, point light",),
         tuple(name for name in METHODS if name not in WITHOUT_MAP),
         "The bias covers the rounding of float32 over the whole of the map: as wide as the floor, "
-        "it lets light in under what stands there.",
+        "it lets light in under objects on it.",
     ),
 )
 """What a suite may meet without failing."""

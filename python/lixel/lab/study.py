@@ -31,7 +31,7 @@ from .options import (
     path_ending_in,
 )
 from .report import progress as show_progress
-from .report import say
+from .report import status
 from .report import table as as_text
 from .result_tables import save
 from .samples import Journal, Record, sample
@@ -80,7 +80,7 @@ def study(
         For every scene, or a mapping from the names of scenes to mappings. None: the scene's own,
         or one that sees all of it.
     lights : light, or a sequence or mapping of these, optional
-        As `cameras`. None: the scene's own, or a sun from above.
+        As `cameras`. None: the scene's own, or a directional one from above.
     methods : name, method object, or several, optional
         None: all of `METHODS`.
     parameters : mapping of str to values, optional
@@ -209,7 +209,7 @@ def _run(
         else:
             _spread(missing, executor, log, progress, total)
     except KeyboardInterrupt:
-        say("study: stopped; the table holds what was measured until now")
+        status("study: stopped; the table holds what was measured until now")
         return False
     return True
 

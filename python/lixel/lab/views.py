@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
-from ..default_view import SUN, see_all
+from ..default_view import DEFAULT_LIGHT, see_all
 from ..light import DirectionalLight, Light, PointLight, SpotLight
 from ..load import FORMATS, load
 from ..scene import Scene
@@ -105,7 +105,7 @@ class Views:
     def light(self, text: str | None) -> Light:
         """The light of a name, an index or a direction; a suitable one for None."""
         if text is None:
-            return next(iter(self.lights.values()), None) or SUN
+            return next(iter(self.lights.values()), None) or DEFAULT_LIGHT
         if "," in text:
             return DirectionalLight(_point("light", text))
         if text in self.unsupported:

@@ -51,7 +51,7 @@ def time_against_error(
     by: str | Sequence[str] = "method",
     label: str | None = "resolution",
 ) -> Axes:
-    """What each method takes, against what it gets wrong; both axes are logarithmic.
+    """The time of each method against what it misclassifies; both axes are logarithmic.
 
     Cases that no other beats in both are joined by the Pareto front. Bars are quartiles of time.
 
@@ -79,7 +79,7 @@ def time_against_error(
     """
     table = _one_view(table, time, error, *_listed(by), *_listed(label))
     is_crowded = len(table[_listed(by)].drop_duplicates()) > _FEW
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     ax.set_xscale("log")
     _scale_errors(ax, table[error])
     front = table[pareto_front(table[time], table[error])].sort_values(time)
@@ -167,7 +167,7 @@ def error_against_resolution(
         As for `time_against_error`.
     """
     table = _one_view(table, error, resolution, *_listed(by))
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     ax.set_xscale("log", base=2)
     _scale_errors(ax, table[error])
     for style, name, rows in _series(table.dropna(subset=[resolution]), _listed(by)):
@@ -205,7 +205,7 @@ def pass_times(
         As for `time_against_error`.
     """
     table = _one_view(table, "gpu_ms", *_listed(by))
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     names = [" ".join(_text(v) for v in row) for row in table[_listed(by)].itertuples(index=False)]
     passes = [name for name in table if name.startswith("pass_ms.")]
     left = np.zeros(len(table))
@@ -230,8 +230,8 @@ def pass_times(
 
 
 def difference(comparison: Comparison, ax: Axes | None = None) -> Axes:
-    """The shadows with wrong pixels in red, false lit bright and false shadow dark, and both counts
-    in words.
+    """The shadows with misclassified pixels in red, false lit bright and false shadow dark, and
+    both counts in words.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def difference(comparison: Comparison, ax: Axes | None = None) -> Axes:
     -------
     matplotlib.axes.Axes
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     ax.imshow(comparison.picture(), interpolation="nearest")
     patch = needs("matplotlib.patches", "plot").Patch
     ax.legend(
@@ -284,7 +284,7 @@ def aliasing_error(frame: Frame, ax: Axes | None = None, *, limit: float = 16.0)
     if not 1.0 < limit < math.inf:
         raise ValueError(f"limit must be greater than 1 and finite, got {limit}")
     colours = needs("matplotlib.colors", "plot")
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     error = np.where(frame.facing, frame.aliasing_error, np.nan)
     image = ax.imshow(
         error, norm=colours.LogNorm(1.0 / limit, limit), cmap="cividis", interpolation="nearest"
@@ -326,7 +326,7 @@ def pareto_front(time: npt.ArrayLike, error: npt.ArrayLike) -> npt.NDArray[np.bo
 # --- What they share ---
 
 
-def _axes(ax: Axes | None) -> Axes:
+def axes_or_new(ax: Axes | None) -> Axes:
     if ax is None:
         _, made = needs("matplotlib.pyplot", "plot").subplots(layout="constrained")
         return made  # type: ignore[no-any-return]
@@ -367,7 +367,7 @@ def _text(value: Any) -> str:
 
 
 def _one_view(table: pandas.DataFrame, *columns: str) -> pandas.DataFrame:
-    """The rows that were measured; refuses a mixture of views, whose times tell nothing."""
+    """The rows that were measured; refuses a mixture of views, whose times cannot be compared."""
     for name in columns:
         if name not in table:
             raise ValueError(f"table must have the column {name!r}, got {', '.join(table)}")

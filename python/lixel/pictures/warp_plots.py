@@ -1,7 +1,8 @@
-"""Pictures of warps, as matplotlib axes: the figures of Rosen and of Milet et al.
+"""Pictures of maps and their warps, as matplotlib axes: the figures of Rosen and of Milet et al.
 
 Each function draws one layer of a frame into `ax`, or into new axes where None is given, and
-returns the axes. matplotlib is in the extra ``plot``.
+returns the axes. Both axes are places in the map, from 0 to 1, from the left and from the top.
+matplotlib is in the extra ``plot``.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arguments import needs
 from ..frame import Frame
 from ..warps import unwarp_points, warp_points
+from .plots import axes_or_new
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +40,7 @@ def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
         The frame has no warp in that layer.
     """
     _check(frame, layer)
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     values = frame.importance_map[layer]
     positive = values[values > 0]
     norm = "log" if positive.size and positive.max() > positive.min() else None
@@ -79,7 +80,7 @@ def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: in
     _check(frame, layer)
     if lines < 2:
         raise ValueError(f"lines must be at least 2, got {lines}")
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     ax.imshow(frame.importance_map[layer] > 0, extent=(0, 1, 1, 0), cmap="Greys", vmin=0, vmax=4)
     along = np.linspace(0, 1, 513)
     for place in np.linspace(0, 1, lines):
@@ -116,7 +117,7 @@ def receiver_counts(
         The frame has no warp in that layer.
     """
     _check(frame, layer)
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     matrix = frame.light_matrix[layer]
     points = frame.position[frame.facing]
     texels = points @ matrix[:3, :3].T + matrix[:3, 3]
@@ -139,7 +140,9 @@ def receiver_counts(
 
 
 def shadow_map(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
-    """The depths that the map holds, through the warp; empty texels are left out.
+    """The depths that the map holds, warped where the method warps; near is light, far is dark.
+
+    Texels without a caster are left empty.
 
     Parameters
     ----------
@@ -155,8 +158,9 @@ def shadow_map(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
     ValueError
         The frame has no such layer.
     """
-    _check(frame, layer)
-    ax = _axes(ax)
+    if not 0 <= layer < len(frame.shadow_map):
+        raise ValueError(f"layer must be one of the map's {len(frame.shadow_map)}, got {layer}")
+    ax = axes_or_new(ax)
     depth = np.ma.masked_equal(frame.shadow_map[layer], 1.0)
     ax.imshow(depth, extent=(0, 1, 1, 0), cmap="gray_r", interpolation="nearest")
     ax.set_title("shadow map")
@@ -169,10 +173,3 @@ def _check(frame: Frame, layer: int) -> None:
         raise ValueError(
             f"layer must be one of the frame's {layers} layers with a warp, got {layer}"
         )
-
-
-def _axes(ax: Axes | None) -> Axes:
-    if ax is not None:
-        return ax
-    drawn: Axes = needs("matplotlib.pyplot", "plot").figure(layout="constrained").add_subplot()
-    return drawn

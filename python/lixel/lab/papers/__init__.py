@@ -1,9 +1,9 @@
 """Measure the tables of the papers again, beside the papers' own figures.
 
-The papers' scenes are not to be had; a generated scene of the same size and kind stands for each,
-and is named. Ratios come first, because the machines differ: each time over that of the table's
+The papers' scenes are not to be had; each has a generated substitute of the same size and kind,
+which is named. Ratios come first, because the machines differ: each time over that of the table's
 plainest method, or the share of a stage in its frame. What the tables leave out is added: how many
-pixels are misclassified. Where the order of two rows is not the paper's, a line says so.
+pixels are misclassified. A line names each pair of rows whose order is not the paper's.
 
 A row whose method this version does not have is left out, and named.
 """
@@ -17,7 +17,7 @@ from typing import Any
 
 from ...arguments import needs
 from ..options import SCENE_HELP, VIEWS_HELP, add_output, natural
-from ..report import say
+from ..report import status
 from . import chong_gortler, milet, rosen, vanek
 from .chong_gortler import EXPERIMENTS
 from .measuring import beside, halved, measure_table, print_table
@@ -104,7 +104,7 @@ def measure(
     for name in names or NAMES:
         if name in EXPERIMENTS:
             title, experiment = EXPERIMENTS[name]
-            say(f"{name}: {chong_gortler.PAPER}")
+            status(f"{name}: {chong_gortler.PAPER}")
             found[name] = experiment(quick, folder)
             print(f"\n{title} ({chong_gortler.PAPER})")
             chong_gortler.print_rows(found[name])

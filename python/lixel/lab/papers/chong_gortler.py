@@ -14,6 +14,7 @@ import itertools
 import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -260,7 +261,7 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
     scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     part = 2 if quick else 1
     camera = scene.cameras["default"].resized(1150 // part, 1150 // part)
-    suns = random_lights(4)
+    lit_by = random_lights(4)
     rows = []
     for (count, side), fps in progress(list(PAPER_FPS.items()), "rows"):
         chosen: dict[str, Method] = {
@@ -268,7 +269,7 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
             "focused": Focused(fit="frustum", resolution=side // part),
             "lispsm": LightSpacePerspective(fit="frustum", resolution=side // part),
         }
-        ms = _medians(scene, camera, suns[:count], chosen)
+        ms = _medians(scene, camera, lit_by[:count], chosen)
         row: dict[str, Any] = {"lights": count, "map": side // part}
         for name, own in zip(chosen, fps, strict=True):
             row[f"{name}, ms"] = ms[name]
@@ -300,12 +301,14 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
         "optimal": (SceneOptimized(samples="boundary", resolution=750 // part), 12.43),
         "normal": (Focused(fit="frustum", resolution=750 // part), 0.40),
     }
-    suns = random_lights(4)
-    wholes = _medians(scene, camera, suns, {name: method for name, (method, _) in chosen.items()})
+    lit_by = random_lights(4)
+    wholes = _medians(scene, camera, lit_by, {name: method for name, (method, _) in chosen.items()})
     rows = []
     for name, (method, paper) in chosen.items():
-        frames = [[render(scene, camera, sun, method).timings for sun in suns] for _ in range(5)]
-        fits = [sum(ms.get(passes.FIT[-1], 0.0) for ms in frame) for frame in frames]
+        frames = [
+            [render(scene, camera, light, method).timings for light in lit_by] for _ in range(5)
+        ]
+        fits = [sum(ms.get(passes.FIT_LIGHT_MATRIX, 0.0) for ms in frame) for frame in frames]
         fit = statistics.median(fits)
         rows.append(
             {
@@ -321,13 +324,13 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
 
 
 def _medians(
-    scene: Scene, camera: Camera, suns: Sequence[Light], methods: Mapping[str, Method]
+    scene: Scene, camera: Camera, lit_by: Sequence[Light], methods: Mapping[str, Method]
 ) -> dict[str, float]:
     """Milliseconds of a frame with each method: the median of five, by turns, once all have run."""
     times: dict[str, list[float]] = {name: [] for name in methods}
     for turn in range(6):
         for name, method in methods.items():
-            ms = wall_ms(lambda method=method: render_shadows(scene, camera, suns, method))  # type: ignore[misc]
+            ms = wall_ms(partial(render_shadows, scene, camera, list(lit_by), method))
             if turn:
                 times[name].append(ms)
     return {name: statistics.median(own) for name, own in times.items()}

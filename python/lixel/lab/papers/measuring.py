@@ -13,7 +13,7 @@ import numpy as np
 from ...camera import Camera
 from ...methods import Method, method_from
 from ...scenes import GENERATORS
-from ..report import say, table
+from ..report import status, table
 from ..result_tables import save
 from ..study import study
 from .tables import Figure, Row, Table
@@ -52,7 +52,7 @@ def measure_table(chosen: Table, repeats: int, folder: Path | None) -> pandas.Da
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         journal = folder / f"{chosen.name}.jsonl"
-    say(f"{chosen.name}: {chosen.source}")
+    status(f"{chosen.name}: {chosen.source}")
     measured = study(
         scenes,
         cameras=cameras,

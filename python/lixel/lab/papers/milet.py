@@ -25,7 +25,7 @@ TABLE_1_ROWS = (
     Row("NoTW-DV", "desired_view", (2.521,)),
 )
 TABLE_3_ROWS = (
-    Row("gbuffer", "uniform", (2.16, 2.229, 1.84), passes=passes.VISIBILITY),
+    Row("gbuffer", "uniform", (2.16, 2.229, 1.84), passes=(passes.VISIBILITY,)),
     Row("SM", "uniform", (0.21, 0.40, 0.16)),
     Row("RTW", "rtw", (3.14, 3.47, 3.02)),
     Row("NoTW", "notw", (3.63, 3.84, 3.23)),
@@ -63,9 +63,9 @@ TABLES = (
         base="NoTW",
         stages={
             "desired view": passes.RECEIVERS + passes.FIT,
-            "importance map": passes.IMPORTANCE + passes.WARP,
-            "shadow map": passes.SHADOW_MAP,
-            "final pass": passes.LOOKUP,
+            "importance map": (*passes.IMPORTANCE, passes.WARP_MAP),
+            "shadow map": (passes.SHADOW_MAP,),
+            "final pass": (passes.LOOKUP,),
         },
     ),
     Table(
@@ -77,7 +77,7 @@ TABLES = (
         SCENES,
         TABLE_3_ROWS,
         base="SM",
-        without=passes.VISIBILITY,
+        without=(passes.VISIBILITY,),
         remark=TABLE_3_REMARK,
     ),
     Table(
@@ -95,7 +95,7 @@ TABLES = (
             Row("DPSM w/ warping", "dual_paraboloid+notw", (3.4,)),
         ),
         base="CubeSM",
-        remark="The thesis does not tell scene, size and map of this table. Its SV, shadow "
+        remark="The thesis does not name scene, size and map of this table. Its SV, shadow "
         "volumes, is exact; so are our rays.",
     ),
 )

@@ -23,8 +23,8 @@ HYBRID = {"analysis": "hybrid"}
 LINEAR = {"lookup": "depth", "rasterization": "linear"}
 SPLIT = ((None, "not split"), (0.05, "5 %"), (0.025, "2.5 %"), (0.01, "1 %"))
 DRAWN = {
-    "shadow map, ms": f"pass_ms.{passes.SHADOW_MAP[0]}",
-    "triangles drawn": f"stats.{passes.SHADOW_MAP[0]}.rasterized",
+    "shadow map, ms": f"pass_ms.{passes.SHADOW_MAP}",
+    "triangles drawn": f"stats.{passes.SHADOW_MAP}.rasterized",
 }
 
 
@@ -73,9 +73,9 @@ TABLES = (
         base="Conventional",
         stages={
             "(a) importance map": passes.RECEIVERS + passes.FIT + passes.IMPORTANCE,
-            "(b) warping map": passes.WARP,
-            "(c) shadow map": passes.SHADOW_MAP,
-            "(d) output": passes.VISIBILITY + passes.LOOKUP,
+            "(b) warping map": (passes.WARP_MAP,),
+            "(c) shadow map": (passes.SHADOW_MAP,),
+            "(d) output": (passes.VISIBILITY, passes.LOOKUP),
         },
         remark="Forward and hybrid analysis render the light's depth image first, which the paper "
         "counts to (a), and we, as it is the same pass, to (c).",

@@ -14,7 +14,7 @@ Figure: TypeAlias = float | tuple[float, float]
 
 @dataclass(frozen=True)
 class SubstituteScene:
-    """A generated scene that stands for one of a paper."""
+    """A generated scene in place of one of a paper."""
 
     generator: str
     arguments: Mapping[str, Any] = field(default_factory=dict)

@@ -36,7 +36,7 @@ from ..options import (
     method_with,
     view_of,
 )
-from ..report import progress, say, table
+from ..report import progress, status, table
 from ..timing import moved_by_a_hair, wall_ms
 from . import rasterizers, ray_casters
 from .ray_casters import Render
@@ -114,7 +114,7 @@ def measure(
         raise ValueError(f"repeats must be at least 1, got {repeats}")
     if not isinstance(light, DirectionalLight):
         raise ValueError(f"light must be directional to compare renderers, got {light}")
-    say("reference: casting rays on the CPU")
+    status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
     contenders = [
         _Contender(
@@ -127,7 +127,7 @@ def measure(
     bounded = with_planes(camera, truth)
     for name, (module, prepare) in PEERS.items():
         if importlib.util.find_spec(module) is None:
-            say(f"left out: {name}, which needs the package {module}")
+            status(f"left out: {name}, which needs the package {module}")
             continue
         try:
             render = prepare(scene, light)
@@ -135,7 +135,7 @@ def measure(
         # A peer may lack a driver or a library of its own, and says so with errors of its own; that
         # is no reason to lose the others.
         except Exception as error:
-            say(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
+            status(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
         else:
             views = _Views(scene, bounded)
             contenders.append(_Contender(name, _version(module), render, views))
