@@ -1,7 +1,8 @@
 """What the documentation makes of the code: a page for each method, the API, mathematics.
 
 A hook of mkdocs; `make docs` builds the site. Methods, their docstrings and their citations are
-asked of the package, the figures are rendered, and the measurements are read from `results/`.
+asked of the package, the figures are rendered, and the measurements are read from `results/`. The
+tables of the other pages are written into them by tables.py.
 """
 
 from __future__ import annotations
@@ -24,7 +25,6 @@ from mkdocs.structure.files import File, Files
 
 import lixel as lx
 from lixel import _core
-from lixel.lab import stress
 from lixel.lab.result_tables import read
 from lixel.pictures import plots
 
@@ -32,6 +32,11 @@ mpl.use("agg")
 
 RESULTS = Path(__file__).parent / "results"
 TITLES = {method["name"]: method["title"] for method in _core.methods()}
+MODULES = (
+    "scenes", "pictures.plots", "pictures.warp_plots", "pictures.explore", "testing",
+    "pytest_plugin", "lab.papers", "lab.stress", "lab.culling", "lab.flicker",
+    "lab.result_tables",
+)  # fmt: skip
 CITATIONS = {method["name"]: method["citation"] for method in _core.methods()}
 
 
@@ -53,7 +58,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     picture = Path(__file__).parent / "time_against_error.png"
     if picture.exists():
         add("methods/time_against_error.png", picture.read_bytes())
-    add("stability.md", stability_page(files.src_uris["stability.md"].content_string))
     add("api.md", api_page(files.src_uris["api.md"].content_string))
     return files
 
@@ -161,61 +165,12 @@ def measurements(name: str) -> list[str]:
     return parts
 
 
-def stability_page(start: str) -> str:
-    """What `lixel lab stress` measured, and its known limits."""
-    judged = read(RESULTS / "stability" / "stress.parquet")
-    skipped = read(RESULTS / "stability" / "culling.csv")
-    flickering = read(RESULTS / "stability" / "flicker.csv")
-    limits = [
-        f"| {', '.join(limit.cases)} | {', '.join(limit.methods)} | {limit.why} |"
-        for limit in stress.LIMITS
-    ]
-    beyond = judged[judged["beyond"] > 0].drop(columns="limit")
-    tables = {
-        "SUMMARY": markdown(pd.DataFrame(stress.summary(judged))),
-        "LIMITS": "\n".join(["| view | method | why |", "|---|---|---|", *limits]),
-        "BEYOND": markdown(beyond),
-        "CULLING": markdown(skipped),
-        "FLICKER": markdown(flickering.drop(columns="frames")),
-        "STRESS_COMMAND": judged.attrs["command"],
-        "CULLING_COMMAND": skipped.attrs["command"],
-        "FLICKER_COMMAND": flickering.attrs["command"],
-    }
-    for name, text in tables.items():
-        start = start.replace(f"[{name}]", text)
-    return start
-
-
-def markdown(table: pd.DataFrame) -> str:
-    """A table in Markdown's form; numbers without a fraction are whole."""
-
-    def cell(value: object) -> str:
-        if isinstance(value, float):
-            whole = "-" if pd.isna(value) else f"{value:,.0f}"
-            return whole if pd.isna(value) or value == int(value) else f"{value:,.2f}"
-        return f"{value:,}" if isinstance(value, int) else str(value)
-
-    head = f"| {' | '.join(table.columns)} |\n|{'---|' * len(table.columns)}"
-    rows = [f"| {' | '.join(map(cell, row))} |" for row in table.itertuples(index=False)]
-    return "\n".join([head, *rows])
-
-
 def api_page(start: str) -> str:
     """Every public name, and the modules that are used by their own names."""
     methods = {method.__name__ for method in lx.METHODS.values()}
     names = [name for name in lx.__all__ if name not in methods and name != "__version__"]
     parts = [start, *(f"::: lixel.{name}" for name in names if name != "scenes")]
-    for module in (
-        "scenes",
-        "testing",
-        "pytest_plugin",
-        "pictures.plots",
-        "pictures.warp_plots",
-        "pictures.explore",
-        "lab.papers",
-        "lab.stress",
-        "lab.flicker",
-    ):
+    for module in MODULES:
         parts.append(
             f"## lixel.{module}\n\n::: lixel.{module}\n    options:\n      "
             "show_root_heading: false\n      show_root_toc_entry: false"
@@ -230,8 +185,8 @@ def figure(method: type) -> bytes:
     scene = lx.scenes.colonnade()
     camera, light = scene.cameras["default"].resized(480, 270), scene.lights["default"]
     chosen = method(resolution=256) if hasattr(method(), "resolution") else method()
-    lamp = (0.4, 3.4, -6.3)
-    lights = (light, lx.PointLight(lamp), lx.SpotLight(lamp, (0.1, -1.0, 0.4), 1.0))
+    place = (0.4, 3.4, -6.3)
+    lights = (light, lx.PointLight(place), lx.SpotLight(place, (0.1, -1.0, 0.4), 1.0))
     light = next(light for light in lights if chosen.takes(light))
     frame = lx.render(scene, camera, light, chosen)
     shown, axes = plt.subplots(1, 2, figsize=(12, 3.6), layout="constrained")

@@ -1,13 +1,14 @@
 //! lixel renders hard shadows with research shadow-map methods on the GPU.
 //!
-//! Three storeys, each knowing nothing of the one above:
+//! Storeys, each knowing nothing of the ones below it in this list:
 //!
-//! * **maths** (`scene`, `camera`, `light`, `reference`): float64 on the CPU.
-//! * **gpu** and **passes**, with `shaders/`: device, recording, timers; one pass is one file, one
-//!   shader, one label and one timer key.
-//! * **methods**: one method, one paper, one file.
-//!
-//! `python` is the door: the only file that names pyo3.
+//! * the world (`scene`, `camera`, `light`, `reference` and geometry): validated input in float64, and the
+//!   ray-cast reference.
+//! * `projection` and `warp`: maps between the world and the texels of a shadow map.
+//! * `fits`: from receivers to the layers of a shadow map.
+//! * `gpu` with its `passes`, and `shaders/`: one pass is one file, one label and one key of `timings`.
+//! * `methods`: one method, one paper, one file.
+//! * `python`: the only file that names pyo3.
 
 pub mod aliasing;
 pub mod bvh;

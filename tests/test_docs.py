@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import tables
 
 import lixel as lx
-from lixel.lab.result_tables import read
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = sorted((DOCS / "pages").glob("**/*.md"))
@@ -34,18 +34,33 @@ def test_examples_run(path, tmp_path):
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
 
-def test_the_table_of_methods_is_what_the_demo_measured():
-    table = read(DOCS / "results" / "demo" / "llvmpipe.csv")
-    measured = [
-        f"| {row['GPU ms']:,.0f} | {row['misclassified']:,} | {row['% of covered']:.2f} | "
-        f"{row['false shadow']:,} |"
-        for row in table.to_dict("records")
-    ]
-    readme = (DOCS.parent / "README.md").read_text()
-    shown = re.findall(
-        r"^\| `([^`]+)` \| [^|]+ (\| .* \| .* \| .* \| .* \|)$", readme, re.MULTILINE
-    )
-    assert shown == list(zip(table["method"], measured, strict=True))
+@pytest.mark.parametrize("page", tables.PAGES, ids=lambda p: p.stem)
+def test_tables_in_prose_are_made_from_the_results(page):
+    """`python docs/tables.py` writes them."""
+    text = page.read_text(encoding="utf-8")
+    assert tables.filled(text) == text
+
+
+def test_every_table_stands_in_a_page():
+    pages = "".join(page.read_text(encoding="utf-8") for page in tables.PAGES)
+    missing = [name for name in tables.BLOCKS if f"<!-- {name} -->" not in pages]
+    assert missing == []
+
+
+def test_every_kept_file_is_described():
+    kept = {path.relative_to(tables.RESULTS).with_suffix("").as_posix() for path in tables.kept()}
+    # That of `tests/tools/mutants.py` comes and goes.
+    assert kept <= set(tables.WHAT) <= kept | {"stability/mutants"}
+
+
+def test_the_rule_of_the_auto_lookup_has_the_numbers_of_the_shader():
+    shader = (DOCS.parent / "shaders" / "lookup.wgsl").read_text(encoding="utf-8")
+    numbers = re.findall(r"const AGREEING\w*: f32 = ([\d.]+);", shader)
+    numbers += re.findall(r"ninths >= (\d)u", shader)
+    page = (DOCS / "pages" / "index.md").read_text(encoding="utf-8")
+    rule = page[page.index("in this order") : page.index("## Conventions")]
+    assert sorted(numbers) == ["0.6", "0.9", "4", "6"]
+    assert all(re.search(rf"\b{re.escape(number)}\b", rule) for number in numbers)
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):

@@ -28,8 +28,8 @@ pub struct Cube {
 impl ShadowMethod for Cube {
     const NAME: &'static str = "cube";
     const TITLE: &'static str = "Cube shadow maps";
-    const CITATION: &'static str = "Navrátil, J. 2015. Real-time shadows from omnidirectional \
-         light sources. Doctoral thesis, Brno University of Technology, section 3.3.1.";
+    const CITATION: &'static str = "Navrátil, J. Doctoral thesis, Brno University of Technology, \
+         section 3.3.1.";
 
     fn defaults() -> Vec<(&'static str, Value)> {
         let mut defaults = MapParameters::defaults();

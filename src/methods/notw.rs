@@ -13,7 +13,7 @@
 //! from what is thinly covered.
 //!
 //! Tomáš Milet, Jan Navrátil, Pavel Zemčík. An improved non-orthogonal texture warping for better
-//! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 5. Rasterization is exact here.
+//! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 4. Rasterization is exact here.
 //!
 //! Parameters: those of every map and of the analysis (importance.rs), and `fit`, `snap`,
 //! `importance_resolution`, `function_count`, `smoothing`, `exponent`, `even_share`.

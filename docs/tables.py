@@ -1,0 +1,426 @@
+"""The tables in prose, made from the files of `docs/results`.
+
+What stands in a page between ``<!-- NAME -->`` and ``<!-- /NAME -->`` is what `BLOCKS[NAME]`
+returns. `python docs/tables.py` writes all of them; a test fails where one is out of date.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from lixel import _core, auto
+from lixel.lab import accuracy, calibration, stress
+from lixel.lab.result_tables import read
+
+DOCS = Path(__file__).parent
+RESULTS = DOCS / "results"
+PAGES = (DOCS.parent / "README.md", RESULTS / "README.md", *sorted((DOCS / "pages").glob("*.md")))
+
+
+def markdown(rows: pd.DataFrame | Iterable[dict[str, object]]) -> str:
+    """A table in Markdown's form; numbers without a fraction are whole."""
+
+    def cell(value: object) -> str:
+        if isinstance(value, float):
+            whole = "" if pd.isna(value) else f"{value:,.0f}"
+            return whole if pd.isna(value) or value == int(value) else f"{value:,.2f}"
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return f"{value:,}" if isinstance(value, int) else str(value)
+
+    table = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
+    head = f"| {' | '.join(map(str, table.columns))} |\n|{'---|' * len(table.columns)}"
+    lines = [f"| {' | '.join(map(cell, row))} |" for row in table.itertuples(index=False)]
+    return "\n".join([head, *lines])
+
+
+# --- Methods: README.md ---
+
+
+def citation(name: str) -> str:
+    """The papers of a method in short, such as "Rosen 2012"."""
+    (whole,) = (each["citation"] for each in _core.methods() if each["name"] == name)
+    authors_and_year = r"((?:[\w-]+, (?:[A-Z]\.[ -]?)+,? ?(?:and )?)+)(\d{4})?"
+    found = []
+    for authors, year in re.findall(authors_and_year, whole):
+        surnames = re.findall(r"([\w-]+), [A-Z]\.", authors)
+        short = f"{surnames[0]} et al." if len(surnames) > 2 else ", ".join(surnames)
+        found.append(f"{short} {year or '(thesis)'}")
+    return "; ".join(found)
+
+
+def demo(light: int) -> str:
+    """The demo's table for its first or second light."""
+    table = read(RESULTS / "demo" / "llvmpipe.csv")
+    rows = [rows for _, rows in table.groupby("light", sort=False)][light].to_dict("records")
+    return markdown(
+        {
+            "method": f"`{row['method']}`",
+            "paper": citation(row["method"].split("+")[-1]),
+            "GPU ms": f"{row['GPU ms']:,.0f}",
+            "misclassified": row["misclassified"],
+            "% of covered": f"{row['% of covered']:.2f}",
+            "false shadow": row["false shadow"],
+        }
+        for row in rows
+    )
+
+
+def exact_views() -> str:
+    table = read(RESULTS / "accuracy" / "480x270.parquet")
+    sums = accuracy.summary(table).query("scene == 'all'").set_index("method")
+    views, covered = sums.loc["exact", ["views", "covered"]]
+    wrong = sums.loc[["exact", "ray_traced"], "misclassified"].sum()
+    return (
+        f"In [{views} views of {table['scene'].nunique()} scenes](docs/results/README.md), "
+        f"{covered:,} pixels, they misclassify {wrong} that are no ties."
+    )
+
+
+def cost_of_warps() -> str:
+    table = read(RESULTS / "sponza-llvmpipe.csv").set_index(["method", "resolution"])
+    ms = table["pass_ms.shadow map"]
+    ratios = {name: ms[name] / ms["desired_view"] for name in ("notw", "rtw")}
+    words = [f"`{n}` takes {r.min():.1f} to {r.max():.1f} times" for n, r in ratios.items()]
+    return (
+        f"In the picture above the shadow map pass of {' and that of '.join(words)}\n"
+        "as long as that of `desired_view`."
+    )
+
+
+# --- Accuracy: docs/results/README.md ---
+
+
+def without_samples() -> str:
+    """Wrong pixels of the methods that sample nothing from the light, and of Embree."""
+    sums = accuracy.summary(read(RESULTS / "accuracy" / "480x270.parquet"))
+    rows = []
+    for scene, of_scene in sums.groupby("scene", sort=False):
+        first = of_scene.iloc[0]
+        counts = {
+            f"`{name}`": f"{row['misclassified']:,} ({row['most']:,})"
+            if row["misclassified"]
+            else "0"
+            for name, row in of_scene.set_index("method").iterrows()
+        }
+        rows.append(
+            {"scene": scene, "views": first["views"], "covered pixels": first["covered"],
+             "ties": first["ties"], **counts}
+        )  # fmt: skip
+    return markdown(rows)
+
+
+def by_lookup(table: pd.DataFrame) -> pd.DataFrame:
+    """The method without its lookup and its resolution, and the lookup, as columns."""
+    parts = table["method"].str.partition(":")
+    lookup = parts[2].str.extract(r"lookup=(\w+)")[0].fillna("auto")
+    others = parts[2].str.replace(r"(lookup|resolution)=\w+,?", "", regex=True).str.strip(",")
+    name = parts[0] + (", " + others).where(others != "", "")
+    return table.assign(method=name, lookup=lookup)
+
+
+def directional(file: str) -> str:
+    """Wrong pixels of `desired_view`, `rtw` and `notw` by scene, and of all scenes by lookup."""
+    table = by_lookup(read(RESULTS / "accuracy" / f"{file}.parquet"))
+    views = table.pivot_table(
+        index=["lookup", "scene", "camera", "light"], columns="method", values="misclassified"
+    )
+    rows = []
+    for lookup in table["lookup"].unique():
+        of_lookup = views.loc[lookup]
+        scenes = {"all": of_lookup}
+        if lookup == "auto":
+            names = table["scene"].unique()
+            scenes = {**{name: of_lookup.loc[[name]] for name in names}, **scenes}
+        for scene, own in scenes.items():
+            wrong = own.sum()
+            better, even = own["notw"] < own["rtw"], own["notw"] == own["rtw"]
+            rows.append(
+                {
+                    "scene": scene,
+                    "lookup": lookup,
+                    "views": len(own),
+                    **{f"`{n}`": int(wrong[n]) for n in ("desired_view", "rtw", "notw")},
+                    "rtw / desired_view": f"{wrong['rtw'] / wrong['desired_view']:.2f}",
+                    "notw / rtw": f"{wrong['notw'] / wrong['rtw']:.2f}",
+                    "notw better, even, worse": f"{better.sum()}, {even.sum()}, "
+                    f"{len(own) - better.sum() - even.sum()}",
+                }
+            )
+    return markdown(rows)
+
+
+def positional(file: str) -> str:
+    """Wrong pixels in % of the covered ones: all by lookup, and with `auto` by scene."""
+    table = by_lookup(read(RESULTS / "accuracy" / f"{file}.parquet"))
+    scenes = table["scene"].unique()
+    wrong, covered = (
+        table.pivot_table(
+            index="method", columns=["lookup", "scene"], values=value, aggfunc="sum", sort=False
+        )
+        for value in ("misclassified", "covered")
+    )
+    rows = []
+    for method in table["method"].unique():
+        name, comma, parameters = method.partition(",")
+        row = {"method": f"`{name}`{comma}{parameters}"}
+        for lookup in ("auto", "depth", "triangle"):
+            is_there = lookup in wrong and wrong.loc[method, lookup].notna().any()
+            row[f"all: {lookup}"] = ""
+            if is_there:
+                share = wrong.loc[method, lookup].sum() / covered.loc[method, lookup].sum()
+                row[f"all: {lookup}"] = f"{100 * share:.3f}"
+        for scene in scenes:
+            share = wrong.loc[method, ("auto", scene)] / covered.loc[method, ("auto", scene)]
+            row[scene] = f"{100 * share:.3f}"
+        rows.append(row)
+    return markdown(rows)
+
+
+def cuts(file: str) -> str:
+    """Wrong pixels of the cuts of `improved_paraboloid` over those of `dual_paraboloid`.
+
+    Random lights with an odd number, and the living room's own, are outside of the view.
+    """
+    table = by_lookup(read(RESULTS / "accuracy" / f"{file}.parquet"))
+    number = table["light"].str.extract(r"random (\d+)")[0].astype(float)
+    is_outside = (number % 2 == 1) | (number.isna() & (table["scene"] == "living_room"))
+    place = is_outside.map({True: "outside the view", False: "in the view"})
+    wrong = table.assign(place=place).pivot_table(
+        index="method", columns=["place", "lookup"], values="misclassified", aggfunc="sum"
+    )
+    rows = []
+    for method in table["method"].unique():
+        if method.startswith("improved_paraboloid") and "+" not in method:
+            cut = method.partition("cut=")[2] or "receivers"
+            row = {"cut": f'`cut="{cut}"`'}
+            for where in ("outside the view", "in the view"):
+                for lookup in ("auto", "depth", "triangle"):
+                    share = wrong.loc[method, (where, lookup)]
+                    share /= wrong.loc["dual_paraboloid", (where, lookup)]
+                    row[f"{where}: {lookup}"] = f"{share:.2f}"
+            rows.append(row)
+    return markdown(sorted(rows, key=lambda row: row["cut"], reverse=True))
+
+
+def false_shadows() -> str:
+    counts = {}
+    for path in sorted((RESULTS / "accuracy").glob("*.parquet")):
+        table = by_lookup(read(path))
+        of_triangles = table[table["lookup"] == "triangle"]
+        if len(of_triangles):
+            counts[path.stem] = int(of_triangles["false_shadow"].sum())
+    return (
+        'With `lookup="triangle"` the pixels that are falsely in shadow were '
+        + ", ".join(f"{count:,} in `{name}`" for name, count in counts.items())
+        + "."
+    )
+
+
+# --- Time: docs/results/README.md ---
+
+
+def other_renderers() -> str:
+    tables = {
+        scene: read(RESULTS / "peers" / f"{scene}-llvmpipe.csv").set_index("renderer")
+        for scene in ("colonnade", "sponza")
+    }
+    rows = []
+    for name in tables["colonnade"].index:
+        row = {"renderer": name, "version": tables["colonnade"].loc[name, "version"]}
+        for scene, table in tables.items():
+            row[f"{scene}: ms"] = f"{table.loc[name, 'ms, median']:,.0f}"
+            row[f"{scene}: misclassified"] = f"{table.loc[name, 'misclassified']:,}"
+        rows.append(row)
+    return markdown(rows)
+
+
+def growth(grows: str) -> str:
+    table = read(RESULTS / "growth" / "llvmpipe.csv").query("grows == @grows")
+    rows = []
+    for step, own in table.groupby(grows, sort=False):
+        own = own.set_index("method")
+        ms = own["gpu_ms"].map("{:,.0f}".format)
+        plain, warped = own.loc["exact without a warp"], own.loc["exact"]
+        rows.append(
+            {
+                grows: step,
+                "`desired_view`": ms["desired_view"],
+                "`ray_traced`": ms["ray_traced"],
+                "`exact`": ms["exact without a warp"],
+                '`exact`, `warp="notw"`': ms["exact"],
+                "tests of `exact`": f"{plain['tests'] / 1e6:.1f} M",
+                "longest list, without and with the warp": f"{plain['longest list']:.0f}, "
+                f"{warped['longest list']:.0f}",
+            }
+        )
+    return markdown(rows)
+
+
+def cluster() -> str:
+    return markdown(read(RESULTS / "studies" / "cluster.csv"))
+
+
+# --- Pages of the site ---
+
+
+def of_auto(of_set: str) -> list[dict[str, Any]]:
+    """How often the bound of `lx.Auto` held, by the error that is asked for."""
+    table = read(RESULTS / "auto" / "llvmpipe.parquet")
+    rows = calibration.how_often_it_held(table, auto.model())
+    return [row for row in rows if row["set"] == of_set]
+
+
+def bound() -> str:
+    return markdown(
+        {
+            "`max_error`": row["max_error"],
+            "pairs of maps": row["pairs"],
+            "bound within it": row["accepted"],
+            "error within it, too": row["kept"],
+            "largest error, as a share of `max_error`": f"{row['worst, times max_error']:.2f}",
+        }
+        for row in of_auto("held out")
+    )
+
+
+def bound_generated() -> str:
+    error, rows = auto.model()["error"], of_auto("generated")
+    kept, accepted = (sum(row[name] for row in rows) for name in ("kept", "accepted"))
+    return (
+        f"The constant *c* is {error['share']:.2f}, which is enough for "
+        f"{calibration.QUANTILE:.0%} of the generated pairs of maps.\nOf those whose bound is "
+        f"within one of these errors, {kept} of {accepted} keep it."
+    )
+
+
+def stability_summary() -> str:
+    return markdown(stress.summary(read(RESULTS / "stability" / "stress.parquet")))
+
+
+def stability_limits() -> str:
+    return markdown(
+        {"view": ", ".join(x.cases), "method": ", ".join(x.methods), "why": x.why}
+        for x in stress.LIMITS
+    )
+
+
+def stability_beyond() -> str:
+    table = read(RESULTS / "stability" / "stress.parquet")
+    return markdown(table[table["beyond"] > 0].drop(columns="limit"))
+
+
+def culling() -> str:
+    return markdown(read(RESULTS / "stability" / "culling.csv"))
+
+
+def flicker() -> str:
+    return markdown(read(RESULTS / "stability" / "flicker.csv").drop(columns="frames"))
+
+
+# --- All files ---
+
+WHAT = {
+    "accuracy/480x270": "methods that sample nothing from the light, and Embree's float32 rays: "
+    "every camera and light of `scenes.json`, and six random lights from each camera",
+    "accuracy/directional": "`desired_view`, `rtw` and `notw` in every directional light of the "
+    "scenes and in 20 random ones from each camera",
+    "accuracy/directional-edges": "`desired_view`, `rtw` and `notw` in directional lights by which "
+    "the camera sees an edge of a shadow",
+    "accuracy/directional-1080p": "`desired_view`, `rtw` and `notw` at 1920 x 1080, maps of 1024²",
+    "accuracy/point": "methods for point lights by lookup; half of the random lights are in view",
+    "accuracy/point-1080p": "methods for point lights at 1920 x 1080, maps of 1024²",
+    "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
+    "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
+    "demo/llvmpipe": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
+    "growth/llvmpipe": "time and work by triangles and by pixels, objects on a floor",
+    "peers/colonnade-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
+    "peers/sponza-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
+    "sponza-llvmpipe": "time and error of every method on Crytek Sponza (the README's figure)",
+    "stability/culling": "what each method leaves out, and that no pixel changes by it",
+    "stability/flicker": "pixels that flicker while the camera or the light moves",
+    "stability/mutants": "one formula broken at a time, and the first test that fails",
+    "stability/stress": "misclassified pixels of every method in hard views",
+    "studies/cluster": "a study on Dask workers with a core each, killed and gone on with",
+}
+
+
+def kept() -> list[Path]:
+    """Every file of results."""
+    return sorted(path for path in RESULTS.rglob("*.*") if path.suffix in (".csv", ".parquet"))
+
+
+def files() -> str:
+    """Every file, when it was measured, and the command."""
+    rows = []
+    for path in kept():
+        made = read(path).attrs
+        name = path.relative_to(RESULTS).as_posix()
+        rows.append(
+            {"file": f"`{name}`", "what": WHAT[name.rpartition(".")[0]], "date": made["date"],
+             "command": f"`{textwrap.shorten(made['command'], 160, placeholder=' ...')}`"}
+        )  # fmt: skip
+    return markdown(rows)
+
+
+def devices() -> str:
+    drivers = sorted({read(path).attrs["driver"] for path in kept()})
+    return f"All are of {', '.join(drivers)}, a Vulkan driver that runs on the CPU, on two cores."
+
+
+BLOCKS: dict[str, Callable[[], str]] = {
+    "demo, directional light": lambda: demo(0),
+    "demo, point light": lambda: demo(1),
+    "exact in all views": exact_views,
+    "cost of warps": cost_of_warps,
+    "files": files,
+    "devices": devices,
+    "without samples": without_samples,
+    "directional": lambda: directional("directional"),
+    "directional-edges": lambda: directional("directional-edges"),
+    "directional-1080p": lambda: directional("directional-1080p"),
+    "point": lambda: positional("point"),
+    "point-1080p": lambda: positional("point-1080p"),
+    "spot-1080p": lambda: positional("spot-1080p"),
+    "cuts": lambda: cuts("point"),
+    "cuts-1080p": lambda: cuts("point-1080p"),
+    "false shadows": false_shadows,
+    "other renderers": other_renderers,
+    "growth, triangles": lambda: growth("triangles"),
+    "growth, pixels": lambda: growth("pixels"),
+    "cluster": cluster,
+    "bound of auto": bound,
+    "bound of auto, generated scenes": bound_generated,
+    "stability": stability_summary,
+    "known limits": stability_limits,
+    "beyond the bound": stability_beyond,
+    "culling": culling,
+    "flicker": flicker,
+}
+
+
+def filled(text: str) -> str:
+    """A page with each of its blocks as it should be."""
+    return re.sub(
+        r"^( *)<!-- (?P<name>[\w, -]+) -->\n.*?<!-- /(?P=name) -->",
+        lambda found: textwrap.indent(
+            f"<!-- {found[2]} -->\n{BLOCKS[found[2]]()}\n<!-- /{found[2]} -->", found[1]
+        ),
+        text,
+        flags=re.S | re.M,
+    )
+
+
+def main() -> None:
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
