@@ -6,6 +6,9 @@ pub enum Error {
     /// The caller's fault: an argument breaks a rule. Python sees a `ValueError`.
     #[error("{0}")]
     Value(String),
+    /// The caller's fault: an argument is of the wrong kind. Python sees a `TypeError`.
+    #[error("{0}")]
+    Type(String),
     /// The machine's fault: no adapter, a missing feature, a limit, a lost device. Python sees a
     /// `lixel.DeviceError`.
     #[error("{0}")]

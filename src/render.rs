@@ -396,7 +396,6 @@ fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::methods::Parameters;
     use glam::{DMat4, DQuat, DVec2, DVec3};
     use std::f64::consts::FRAC_PI_2;
     use std::sync::atomic::Ordering;
@@ -452,7 +451,8 @@ mod tests {
         )
         .unwrap();
         let light = Light::directional(DVec3::new(0.3, -1.0, 0.2)).unwrap();
-        let method = Method::new("exact", Parameters::default()).unwrap();
+        let exact = Method::schema("exact").unwrap();
+        let method = Method::new(exact, &exact.defaults()).unwrap();
         let cache = SceneCache::default();
         let render = || {
             let outputs = Outputs::default();

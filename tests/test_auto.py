@@ -147,10 +147,10 @@ def test_a_device_that_cannot_is_given_another_method(view, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        ({"max_error": -0.1}, ValueError, "max_error must be from 0 to 1, got -0.1"),
+        ({"max_error": -0.1}, ValueError, "max_error must be a number from 0 to 1, got -0.1"),
         ({"max_error": float("nan")}, ValueError, "max_error must be"),
-        ({"max_error": "1"}, TypeError, "max_error must be a real number, got '1'"),
-        ({"max_ms": 0.0}, ValueError, "max_ms must be finite and above 0, got 0.0"),
+        ({"max_error": "1"}, TypeError, "max_error must be a number from 0 to 1, got '1'"),
+        ({"max_ms": 0.0}, ValueError, "max_ms must be a finite number above 0 or None, got 0.0"),
         (
             {"method": "rtw", "max_ms": 1.0},
             ValueError,

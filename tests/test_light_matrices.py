@@ -106,9 +106,9 @@ def test_a_matrix_is_kept_until_a_new_one_is_much_better(objects):
 
 
 def test_previous_is_checked():
-    with pytest.raises(ValueError, match=r"previous must be finite, of shape \(4, 4\)"):
+    with pytest.raises(ValueError, match=r"previous must be .* got shape \(3, 3\)"):
         lx.SceneOptimized(previous=np.eye(3))
-    with pytest.raises(TypeError, match="previous must be a frame or a matrix, got str"):
+    with pytest.raises(TypeError, match=r"previous must be a frame or .*, got 'frame'"):
         lx.SceneOptimized(previous="frame")
 
 
@@ -160,9 +160,9 @@ def test_cascades_are_split_by_depth(splits, layers, objects):
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
-        ({"layers": 0}, "layers must be at least 1"),
-        ({"layers": 9}, "layers must be at most 8, got 9"),
-        ({"weight": 1.5}, "weight must be from 0 to 1, got 1.5"),
+        ({"layers": 0}, "layers must be .* from 1 to 8, got 0"),
+        ({"layers": 9}, "layers must be .* from 1 to 8, got 9"),
+        ({"weight": 1.5}, "weight must be a number from 0 to 1, got 1.5"),
         ({"splits": "even"}, "splits must be one of 'receivers'"),
     ],
 )

@@ -60,19 +60,10 @@ def test_the_core_checks_for_itself(outputs, view):
         _core.render(*core, "unknown", {}, outputs)
     for parameters, words in (
         ({"resolution": 0}, "resolution .* got 0"),
-        ({"resolution": 10**30}, "resolution .* got"),
-        ({"resolution": 1.5}, "resolution .* got 1.5"),
-        ({"bias": "much"}, "bias must be one of auto"),
-        ({"constant_bias": -1.0}, "constant_bias .* got -1"),
-        ({"slope_bias": float("nan")}, "slope_bias .* got NaN"),
         ({"colour": 1}, "colour"),
     ):
         with pytest.raises(ValueError, match=words):
             _core.render(*core, "uniform", parameters, outputs)
-    with pytest.raises(
-        TypeError, match="resolution must be a number, a string, an array or None, got list"
-    ):
-        _core.render(*core, "uniform", {"resolution": []}, outputs)
 
 
 @pytest.mark.parametrize("scale", [1e-25, 1e-12, 1e-3, 1e9, 1e25])

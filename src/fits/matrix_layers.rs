@@ -5,10 +5,11 @@ use super::central::{axes_for_scene, cube_faces};
 use super::light_fits::{Subject, focused};
 use super::light_matrix::{LightMatrix, MapSize};
 use super::parallel::{axes_at, bounds_of, projected_box};
-use crate::error::{Result, ensure_value};
+use crate::error::Result;
 use crate::frustum::visible_part;
+use crate::methods::Fitted;
+use crate::methods::parameters::FitParameters;
 use crate::methods::view::{SampledReceivers, View};
-use crate::methods::{Fitted, Parameters, Value};
 use crate::projection::{Homography, Kind, Projection};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3, DVec4};
@@ -20,62 +21,6 @@ pub enum Fit {
     Frustum,
     /// The receivers that face the light, from samples of the image.
     Receivers,
-}
-
-const FITS: &[(&str, Fit)] = &[("receivers", Fit::Receivers), ("frustum", Fit::Frustum)];
-
-/// Parameters of the methods that fit a light matrix.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitParameters {
-    pub fit: Fit,
-    /// Receivers looked at along the longer side of the image.
-    pub sample_resolution: u32,
-    /// By how much of its size the map is widened.
-    pub margin: f64,
-}
-
-/// Receivers looked at along the longer side of the image, as in Chong and Gortler, section 2.4.
-pub const SAMPLE_RESOLUTION: u32 = 180;
-
-/// Between two samples something may stick out.
-pub const MARGIN: f64 = 0.02;
-
-impl Default for FitParameters {
-    fn default() -> Self {
-        Self {
-            fit: Fit::Receivers,
-            sample_resolution: SAMPLE_RESOLUTION,
-            margin: MARGIN,
-        }
-    }
-}
-
-impl FitParameters {
-    pub fn defaults() -> Vec<(&'static str, Value)> {
-        vec![
-            ("fit", Value::Text("receivers".to_string())),
-            (
-                "sample_resolution",
-                Value::Int(i64::from(SAMPLE_RESOLUTION)),
-            ),
-            ("margin", Value::Float(MARGIN)),
-        ]
-    }
-
-    pub fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        Ok(Self {
-            fit: parameters.take_choice("fit", FITS)?,
-            sample_resolution: parameters.take_resolution("sample_resolution")?,
-            margin: take_margin(parameters)?,
-        })
-    }
-}
-
-/// A share of the map's size that it is widened by.
-pub fn take_margin(parameters: &mut Parameters) -> Result<f64> {
-    let margin = parameters.take_non_negative("margin")?;
-    ensure_value!(margin <= 1.0, "margin must be at most 1, got {margin}");
-    Ok(margin)
 }
 
 /// What one map is fitted to.

@@ -13,11 +13,12 @@
 //! Limits: each layer has `resolution` texels along its sides, and is drawn on its own. The faces of a
 //! cube around a point are not split.
 
+use super::parameters::{SAMPLE_RESOLUTION, SNAP};
+use super::schema::{Choices, FRACTION, Groups, Rule, count, number, word};
 use super::view::SampledReceivers;
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
-use crate::error::{Result, ensure_value};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
+use crate::error::Result;
 use crate::fits::boxes::{Cut, cut_layers, layers_of_light};
-use crate::fits::matrix_layers::SAMPLE_RESOLUTION;
 use crate::fits::snapping::stepped;
 use crate::frustum::visible_part;
 use crate::region::{HalfSpace, Region};
@@ -37,7 +38,7 @@ enum Splits {
     Quantiles,
 }
 
-const SPLITS: &[(&str, Splits)] = &[
+const SPLITS: Choices<Splits> = &[
     ("receivers", Splits::Receivers),
     ("quantiles", Splits::Quantiles),
     ("practical", Splits::Practical),
@@ -67,33 +68,25 @@ impl ShadowMethod for Cascades {
          shadow maps for large-scale virtual environments. VRCIA. Lauritzen, A., Salvi, M., and \
          Lefohn, A. 2011. Sample distribution shadow maps. I3D.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend([
-            ("layers", Value::Int(4)),
-            ("splits", Value::Text("receivers".to_string())),
-            ("weight", Value::Float(0.5)),
-            (
-                "sample_resolution",
-                Value::Int(i64::from(SAMPLE_RESOLUTION)),
-            ),
-            (Cut::SNAP, Value::Bool(false)),
-        ]);
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[
+            count("layers", Some(4), MAX_LAYERS, "layers"),
+            word("splits", "receivers", Rule::Choice(&SPLITS)),
+            number("weight", Some(0.5), FRACTION, ""),
+            SAMPLE_RESOLUTION,
+            SNAP,
+        ],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
-        let layers = parameters.take_count("layers", MAX_LAYERS)?;
-        let weight = parameters.take_non_negative("weight")?;
-        ensure_value!(weight <= 1.0, "weight must be at most 1, got {weight}");
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map,
-            layers,
-            splits: parameters.take_choice("splits", SPLITS)?,
-            weight,
-            sample_resolution: parameters.take_resolution("sample_resolution")?,
-            snaps: parameters.take_flag(Cut::SNAP)?,
+            map: MapParameters::from_parameters(parameters),
+            layers: parameters.get("layers"),
+            splits: parameters.choice("splits", SPLITS),
+            weight: parameters.get("weight"),
+            sample_resolution: parameters.get("sample_resolution"),
+            snaps: parameters.get("snap"),
         })
     }
 

@@ -10,7 +10,9 @@
 //! Limits: up to six passes over the casters; texels at the corners of a face cover a fifth of the solid
 //! angle of those in its middle.
 
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::{SNAP, cut_from};
+use super::schema::{Choices, Groups, Rule, flag, word};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::boxes::{Cut, cut_layers};
 use crate::fits::central::turned_cube_faces;
@@ -25,31 +27,28 @@ pub struct Cube {
     pub is_turned: bool,
 }
 
+const CUTS: Choices<Cut> = &[("receivers", Cut::Receivers), ("face", Cut::Whole)];
+
 impl ShadowMethod for Cube {
     const NAME: &'static str = "cube";
     const TITLE: &'static str = "Cube shadow maps";
     const CITATION: &'static str = "Navrátil, J. Doctoral thesis, Brno University of Technology, \
          section 3.3.1.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.push((Cut::NAME, Value::Text("receivers".to_string())));
-        defaults.push((Cut::SNAP, Value::Bool(false)));
-        defaults.push(("turned", Value::Bool(false)));
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[
+            word("cut", "receivers", Rule::Choice(&CUTS)),
+            SNAP,
+            flag("turned", false),
+        ],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
-        let cut = Cut::take(
-            parameters,
-            &[("receivers", Cut::Receivers), ("face", Cut::Whole)],
-        )?;
-        let is_turned = parameters.take_flag("turned")?;
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map,
-            cut,
-            is_turned,
+            map: MapParameters::from_parameters(parameters),
+            cut: cut_from(parameters, CUTS),
+            is_turned: parameters.get("turned"),
         })
     }
 

@@ -10,9 +10,11 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::SNAP;
+use super::schema::Groups;
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
-use crate::fits::boxes::{Cut, Fit};
+use crate::fits::boxes::Fit;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesiredView {
@@ -27,16 +29,13 @@ impl ShadowMethod for DesiredView {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
          mapping. Journal of Graphics Tools 7(4).";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.push((Cut::SNAP, Value::Bool(false)));
-        defaults
-    }
+    const PARAMETERS: Groups = &[MapParameters::PARAMETERS, &[SNAP]];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
-        let snaps = parameters.take_flag(Cut::SNAP)?;
-        Ok(Self { map, snaps })
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        Ok(Self {
+            map: MapParameters::from_parameters(parameters),
+            snaps: parameters.get("snap"),
+        })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {

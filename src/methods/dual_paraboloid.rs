@@ -10,7 +10,9 @@
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::{SNAP, cut_from};
+use super::schema::{Choices, Groups, Rule, word};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::boxes::{Cut, cut_layers};
 use crate::fits::central::hemispheres;
@@ -22,26 +24,24 @@ pub struct DualParaboloid {
     pub cut: Cut,
 }
 
+const CUTS: Choices<Cut> = &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)];
+
 impl ShadowMethod for DualParaboloid {
     const NAME: &'static str = "dual_paraboloid";
     const TITLE: &'static str = "Dual-paraboloid shadow maps";
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Shadow \
          mapping for hemispherical and omnidirectional light sources. Computer Graphics International.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.push((Cut::NAME, Value::Text("hemisphere".to_string())));
-        defaults.push((Cut::SNAP, Value::Bool(false)));
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[word("cut", "hemisphere", Rule::Choice(&CUTS)), SNAP],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
-        let cut = Cut::take(
-            parameters,
-            &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)],
-        )?;
-        Ok(Self { map, cut })
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        Ok(Self {
+            map: MapParameters::from_parameters(parameters),
+            cut: cut_from(parameters, CUTS),
+        })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {

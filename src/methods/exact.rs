@@ -14,8 +14,9 @@
 //!
 //! Limits: time grows with the casters whose bound holds receivers, whether they shadow them or not.
 
-use super::{Fitted, Parameters, Plan, Recorded, ShadowMethod, Value, View};
-use crate::error::{Result, ensure_value};
+use super::schema::{Choices, Groups, Rule, count, word};
+use super::{Fitted, Parameters, Plan, Recorded, ShadowMethod, View};
+use crate::error::Result;
 use crate::fits::boxes::{Cut, Fit, cut_layers};
 use crate::fits::central::{cone_layer, cube_faces};
 use crate::gpu::passes::importance_map::{Factors, Importance};
@@ -41,39 +42,29 @@ pub enum Warp {
 /// warp makes the bounds of casters wide.
 const CELLS: u32 = 128;
 
+const WARPS: Choices<Warp> = &[
+    ("none", Warp::None),
+    ("rtw", Warp::Rectilinear),
+    ("notw", Warp::NonOrthogonal),
+];
+
 impl ShadowMethod for Exact {
     const NAME: &'static str = "exact";
     const TITLE: &'static str = "Exact (irregular z-buffer)";
     const CITATION: &'static str = "Johnson, G., Lee, J., Burns, C., and Mark, W. 2005. The \
          irregular Z-buffer. ACM Transactions on Graphics 24(4).";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        vec![
-            ("resolution", Value::None),
-            // Measured on two scenes of 260,000 triangles: the warps shorten the longest list to a fifth, but
-            // casters' bounds grow, and frames take 1.2 to 2.2 times as long.
-            ("warp", Value::Text("none".to_string())),
-        ]
-    }
+    const PARAMETERS: Groups = &[&[
+        count("resolution", None, LARGEST_RESOLUTION, "texels"),
+        // Measured on two scenes of 260,000 triangles: the warps shorten the longest list to a fifth, but
+        // casters' bounds grow, and frames take 1.2 to 2.2 times as long.
+        word("warp", "none", Rule::Choice(&WARPS)),
+    ]];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let resolution = parameters.take_optional_resolution("resolution")?;
-        if let Some(resolution) = resolution {
-            ensure_value!(
-                resolution <= LARGEST_RESOLUTION,
-                "resolution must be at most {LARGEST_RESOLUTION} texels, got {resolution}"
-            );
-        }
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            resolution,
-            warp: parameters.take_choice(
-                "warp",
-                &[
-                    ("none", Warp::None),
-                    ("rtw", Warp::Rectilinear),
-                    ("notw", Warp::NonOrthogonal),
-                ],
-            )?,
+            resolution: parameters.get("resolution"),
+            warp: parameters.choice("warp", WARPS),
         })
     }
 

@@ -9,11 +9,12 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::{FitParameters, SNAP};
+use super::schema::Groups;
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
-use crate::fits::boxes::Cut;
 use crate::fits::light_fits::focused;
-use crate::fits::matrix_layers::{FitParameters, fitted_layers, still_layers};
+use crate::fits::matrix_layers::{fitted_layers, still_layers};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Focused {
@@ -29,18 +30,17 @@ impl ShadowMethod for Focused {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
          mapping. Journal of Graphics Tools 7(4).";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend(FitParameters::defaults());
-        defaults.push((Cut::SNAP, Value::Bool(false)));
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        FitParameters::PARAMETERS,
+        &[SNAP],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map: MapParameters::from_parameters(parameters)?,
-            fit: FitParameters::from_parameters(parameters)?,
-            snaps: parameters.take_flag(Cut::SNAP)?,
+            map: MapParameters::from_parameters(parameters),
+            fit: FitParameters::from_parameters(parameters),
+            snaps: parameters.get("snap"),
         })
     }
 

@@ -4,18 +4,24 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
-use super::parameters::{Array, OldMap};
+use super::parameters::SNAP;
+use super::schema::{
+    Array, Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, OldMap, Parameter, Rule, Value, count,
+    number, parameter, word,
+};
 use super::view::Analysed;
-use super::{MapParameters, Parameters, Value, View};
+use super::{MapParameters, Parameters, View};
 use crate::error::{Error, Result, ensure_value};
+use crate::fits::boxes::Fit;
 use crate::gpu::passes::blend_importance::{OldImportance, blend_importance};
 use crate::gpu::passes::boundary::BoundaryWeights;
 use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
 use crate::gpu::passes::shadow_edge::EdgeBias;
-use crate::gpu::passes::warp_map::WarpMap;
+use crate::gpu::passes::warp_map::{MAX_CELLS, WarpMap};
 use crate::methods::view::Fitted;
 use crate::projection::Kind;
 use glam::{DMat3, DVec2, DVec3};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Where importance comes from (Rosen, section 4.1).
@@ -29,11 +35,41 @@ pub enum Direction {
     Hybrid,
 }
 
-pub const DIRECTIONS: &[(&str, Direction)] = &[
+pub const DIRECTIONS: Choices<Direction> = &[
     ("backward", Direction::Backward),
     ("forward", Direction::Forward),
     ("hybrid", Direction::Hybrid),
 ];
+
+/// The maps that are warped.
+const FITS: Choices<Fit> = &[
+    ("desired_view", Fit::DesiredView),
+    ("min_sm", Fit::MinSm),
+    ("principal_axes", Fit::PrincipalAxes),
+    ("lispsm", Fit::LightSpacePerspective),
+    ("scene_optimized", Fit::SceneOptimized),
+    ("cube", Fit::Cube),
+    ("dual_paraboloid", Fit::DualParaboloid),
+    ("improved_paraboloid", Fit::ImprovedParaboloid),
+    ("spot", Fit::Spot),
+];
+
+/// The map that is warped, and whether its texels hold still while the receivers move, which those of a map
+/// that turns with them cannot.
+pub fn fit_from(parameters: &Parameters) -> Result<(Fit, bool)> {
+    let (fit, snaps): (_, bool) = (parameters.choice("fit", FITS), parameters.get("snap"));
+    let holds_still = matches!(
+        fit,
+        Fit::DesiredView | Fit::Cube | Fit::DualParaboloid | Fit::Spot
+    );
+    ensure_value!(
+        holds_still || !snaps,
+        "snap must come with one of the fits 'desired_view', 'cube', 'dual_paraboloid', 'spot', whose maps \
+         do not turn with the receivers, got '{}'",
+        parameters.get::<Cow<str>>("fit")
+    );
+    Ok((fit, snaps))
+}
 
 /// The factors and their parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,39 +100,41 @@ pub struct Prepared {
 }
 
 impl Analysis {
-    pub fn defaults(importance: &str) -> Vec<(&'static str, Value)> {
-        vec![
-            ("importance", Value::Text(importance.to_string())),
-            ("normal_bonus", Value::Float(2.0)),
-            ("analysis_resolution", Value::Int(512)),
-            ("edge_bias", Value::None),
-            ("edge_floor", Value::Float(0.001)),
-            ("boundary_weight", Value::Float(20.0)),
-            ("pixel_weights", Value::None),
-            ("map_weights", Value::None),
-            ("previous", Value::None),
-            ("blend", Value::Float(0.5)),
-        ]
-    }
+    /// Beside `importance`, of whose functions each method knows its own.
+    pub const PARAMETERS: &'static [Parameter] = &[
+        number("normal_bonus", Some(2.0), NON_NEGATIVE, ""),
+        count("analysis_resolution", Some(512), MAX_RESOLUTION, "texels"),
+        number("edge_bias", None, NON_NEGATIVE, "world units"),
+        number("edge_floor", Some(0.001), FRACTION, ""),
+        number("boundary_weight", Some(20.0), NON_NEGATIVE, ""),
+        parameter("pixel_weights", Rule::Weights, Value::None, ""),
+        parameter("map_weights", Rule::Weights, Value::None, ""),
+        parameter("previous", Rule::Maps, Value::None, ""),
+        number("blend", Some(0.5), FRACTION, ""),
+        count("importance_resolution", Some(512), MAX_CELLS, "cells"),
+        word("fit", "desired_view", Rule::Choice(&FITS)),
+        SNAP,
+    ];
 
-    /// `known` are the functions that the method can use.
-    pub fn from_parameters(parameters: &mut Parameters, known: &[&'static str]) -> Result<Self> {
-        let factors = parameters.take_product("importance", known)?;
-        Ok(Self {
-            distance: factors.contains(&"distance"),
-            normal: factors.contains(&"normal"),
-            shadow_edge: factors.contains(&"shadow_edge"),
-            boundary: factors.contains(&"boundary"),
-            normal_bonus: parameters.take_non_negative("normal_bonus")?,
-            resolution: parameters.take_resolution("analysis_resolution")?,
-            edge_bias: parameters.take_optional("edge_bias")?,
-            edge_floor: parameters.take_fraction("edge_floor")?,
-            boundary_weight: parameters.take_non_negative("boundary_weight")?,
-            pixel_weights: parameters.take_weights("pixel_weights")?,
-            map_weights: parameters.take_weights("map_weights")?,
-            previous: parameters.take_maps("previous")?,
-            blend: parameters.take_fraction("blend")?,
-        })
+    pub fn from_parameters(parameters: &Parameters) -> Self {
+        let product: Cow<str> = parameters.get("importance");
+        let has = |factor: &str| product.split('*').any(|known| known == factor);
+        let previous: Option<Arc<[OldMap]>> = parameters.get("previous");
+        Self {
+            distance: has("distance"),
+            normal: has("normal"),
+            shadow_edge: has("shadow_edge"),
+            boundary: has("boundary"),
+            normal_bonus: parameters.get("normal_bonus"),
+            resolution: parameters.get("analysis_resolution"),
+            edge_bias: parameters.get("edge_bias"),
+            edge_floor: parameters.get("edge_floor"),
+            boundary_weight: parameters.get("boundary_weight"),
+            pixel_weights: parameters.get("pixel_weights"),
+            map_weights: parameters.get("map_weights"),
+            previous: previous.unwrap_or_default(),
+            blend: parameters.get("blend"),
+        }
     }
 
     /// What a weight of one counts, so that no cell can overflow 32 bits however the receivers fall.

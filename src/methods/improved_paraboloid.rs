@@ -19,7 +19,8 @@
 //! texels is one of two hundred, and jumps as the camera moves.
 
 use super::dual_paraboloid::{fit_dual_paraboloid, halves_of_light};
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::schema::{Choices, Groups, Rule, word};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::boxes::{self, Fit, cut_layers, parallel_layer};
 use crate::fits::central::{
@@ -63,29 +64,28 @@ const MAX_TRIALS: usize = 80_000;
 /// Turns of the square around a cone that are tried.
 const SQUARES: u32 = 32;
 
+const CUTS: Choices<Cut> = &[
+    ("frustum", Cut::Frustum),
+    ("cone", Cut::Cone),
+    ("receivers", Cut::Receivers),
+];
+
 impl ShadowMethod for ImprovedParaboloid {
     const NAME: &'static str = "improved_paraboloid";
     const TITLE: &'static str = "Improved paraboloid shadow maps";
     const CITATION: &'static str = "Vanek, J., Navrátil, J., Herout, A., and Zemčík, P. 2011. \
          High-quality shadows with improved paraboloid mapping. ISVC.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.push((boxes::Cut::NAME, Value::Text("receivers".to_string())));
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[word("cut", "receivers", Rule::Choice(&CUTS))],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
-        let cut = parameters.take_choice(
-            boxes::Cut::NAME,
-            &[
-                ("frustum", Cut::Frustum),
-                ("cone", Cut::Cone),
-                ("receivers", Cut::Receivers),
-            ],
-        )?;
-        Ok(Self { map, cut })
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        Ok(Self {
+            map: MapParameters::from_parameters(parameters),
+            cut: parameters.choice("cut", CUTS),
+        })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {

@@ -10,10 +10,12 @@
 //! Limits: the more the light shines along the view the less there is to gain; along it the map is
 //! the focused one.
 
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::FitParameters;
+use super::schema::Groups;
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View, default_method};
 use crate::error::Result;
 use crate::fits::light_fits::light_space_perspective;
-use crate::fits::matrix_layers::{FitParameters, fitted_layers};
+use crate::fits::matrix_layers::fitted_layers;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightSpacePerspective {
@@ -27,16 +29,12 @@ impl ShadowMethod for LightSpacePerspective {
     const CITATION: &'static str = "Wimmer, M., Scherzer, D., and Purgathofer, W. 2004. Light space \
          perspective shadow maps. Eurographics Symposium on Rendering.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend(FitParameters::defaults());
-        defaults
-    }
+    const PARAMETERS: Groups = &[MapParameters::PARAMETERS, FitParameters::PARAMETERS];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map: MapParameters::from_parameters(parameters)?,
-            fit: FitParameters::from_parameters(parameters)?,
+            map: MapParameters::from_parameters(parameters),
+            fit: FitParameters::from_parameters(parameters),
         })
     }
 
@@ -49,9 +47,10 @@ impl ShadowMethod for LightSpacePerspective {
 impl LightSpacePerspective {
     /// With the defaults of the other parameters.
     pub fn new(resolution: u32) -> Self {
+        let map = MapParameters::new(resolution);
         Self {
-            map: MapParameters::new(resolution),
-            fit: FitParameters::default(),
+            map,
+            ..default_method()
         }
     }
 

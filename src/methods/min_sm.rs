@@ -11,7 +11,8 @@
 //!
 //! Limits: where the receivers' box is hardly smaller for being turned, little is won.
 
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::schema::Groups;
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::boxes::Fit;
 
@@ -26,12 +27,10 @@ impl ShadowMethod for MinimalShadowMap {
     const CITATION: &'static str = "Milet, T., Navrátil, J., and Zemčík, P. 2015. An improved \
          non-orthogonal texture warping for better shadow rendering. WSCG, section 3.2.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        MapParameters::defaults()
-    }
+    const PARAMETERS: Groups = &[MapParameters::PARAMETERS];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters);
         Ok(Self { map })
     }
 

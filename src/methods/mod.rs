@@ -20,16 +20,19 @@ mod psm;
 mod ray_traced;
 mod rtw;
 pub mod scene_optimized;
+pub mod schema;
 mod shadow_volumes;
 pub mod spot;
 mod uniform;
 pub mod view;
 
-pub use parameters::{Array, MapParameters, OldMap, Parameters, Value};
+pub use parameters::MapParameters;
+pub use schema::Parameters;
 pub use uniform::fit_uniform;
 pub use view::{Fitted, Layer, Plan, ReceiverCounts, Recorded, View};
 
 use crate::error::{Error, Result};
+use schema::{Groups, Schema};
 
 /// A shadow method with its parameters.
 pub trait ShadowMethod: Sized {
@@ -40,14 +43,24 @@ pub trait ShadowMethod: Sized {
     /// Where it comes from.
     const CITATION: &'static str;
 
-    /// Takes the parameters it knows; `parameters` holds a value for each of `defaults`.
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self>;
+    const PARAMETERS: Groups;
 
-    /// Names and defaults of the parameters.
-    fn defaults() -> Vec<(&'static str, Value)>;
+    /// The values obey their rules; errors are of rules between parameters.
+    fn from_parameters(parameters: &Parameters) -> Result<Self>;
 
     /// Records the method's passes.
     fn record(&self, view: &mut View) -> Result<Recorded>;
+}
+
+/// The parameters of a method.
+fn schema_of<M: ShadowMethod>() -> Schema {
+    let (name, groups) = (M::NAME, M::PARAMETERS);
+    Schema { name, groups }
+}
+
+/// The method with the default of every parameter.
+fn default_method<M: ShadowMethod>() -> M {
+    M::from_parameters(&schema_of::<M>().defaults()).expect("defaults agree with each other")
 }
 
 macro_rules! methods {
@@ -62,27 +75,28 @@ macro_rules! methods {
             /// What is known of every method, in the order of the list.
             pub fn list() -> Vec<Description> {
                 vec![$(Description {
-                    name: <$type>::NAME,
                     title: <$type>::TITLE,
                     citation: <$type>::CITATION,
-                    parameters: <$type>::defaults(),
+                    schema: schema_of::<$type>(),
                 },)+]
             }
 
-            /// The method of that name; parameters left out take their defaults.
-            pub fn new(name: &str, parameters: Parameters) -> Result<Self> {
-                match name {
-                    $(<$type>::NAME => {
-                        let mut parameters = parameters.with_defaults(name, <$type>::defaults())?;
-                        Ok(Self::$variant(<$type>::from_parameters(&mut parameters)?))
-                    })+
-                    _ => {
-                        let known: Vec<_> = Self::list().iter().map(|m| m.name).collect();
-                        Err(Error::Value(format!(
-                            "method must be one of {}, got {name:?}",
-                            known.join(", ")
-                        )))
-                    }
+            /// The parameters of the method of that name.
+            pub fn schema(name: &str) -> Result<Schema> {
+                let known = Self::list().into_iter().map(|method| method.schema);
+                let known: Vec<_> = known.collect();
+                known.iter().find(|schema| schema.name == name).copied().ok_or_else(|| {
+                    let known: Vec<_> = known.iter().map(|schema| schema.name).collect();
+                    let known = known.join(", ");
+                    Error::Value(format!("method must be one of {known}, got '{name}'"))
+                })
+            }
+
+            /// The method whose schema that is, with values of its parameters.
+            pub fn new(schema: Schema, parameters: &Parameters) -> Result<Self> {
+                match schema.name {
+                    $(<$type>::NAME => <$type>::from_parameters(parameters).map(Self::$variant),)+
+                    other => unreachable!("{other} is not listed"),
                 }
             }
 
@@ -117,10 +131,9 @@ methods! {
 }
 
 /// What a user can ask about a method.
-#[derive(Debug, Clone)]
 pub struct Description {
-    pub name: &'static str,
     pub title: &'static str,
     pub citation: &'static str,
-    pub parameters: Vec<(&'static str, Value)>,
+    /// Name and parameters.
+    pub schema: Schema,
 }

@@ -20,13 +20,14 @@
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
-use super::importance::{Analysis, Direction};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::importance::{Analysis, Direction, fit_from};
+use super::schema::{FRACTION, Groups, NON_NEGATIVE, Rule, count, number, word};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, View};
 use crate::error::{Result, ensure_value};
-use crate::fits::boxes::{Cut, Fit};
+use crate::fits::boxes::Fit;
 use crate::gpu::passes::importance_map::Importance;
-use crate::gpu::passes::rasterize::Rasterization;
-use crate::gpu::passes::warp_map::{Axis, CountFit, WarpMap};
+use crate::gpu::passes::rasterize::{Rasterization, max_bands};
+use crate::gpu::passes::warp_map::{Axis, CountFit, MAX_CELLS, WarpMap};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
 const FUNCTION_COUNT: u32 = 16;
@@ -53,52 +54,57 @@ impl ShadowMethod for NonOrthogonalWarp {
     const CITATION: &'static str = "Milet, T., Navrátil, J., and Zemčík, P. 2015. An improved \
          non-orthogonal texture warping for better shadow rendering. WSCG.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend(Analysis::defaults("count"));
-        defaults.extend([
-            (Fit::NAME, Fit::default_value()),
-            (Cut::SNAP, Value::Bool(false)),
-            ("importance_resolution", Value::Int(512)),
-            ("function_count", Value::None),
-            ("smoothing", Value::None),
-            ("exponent", Value::Float(0.5)),
-            ("even_share", Value::Float(0.1)),
-        ]);
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[word("importance", "count", Rule::Product(FUNCTIONS))],
+        Analysis::PARAMETERS,
+        &[
+            count("function_count", None, MAX_CELLS, "functions"),
+            number("smoothing", None, NON_NEGATIVE, "cells"),
+            number("exponent", Some(0.5), FRACTION, ""),
+            number("even_share", Some(0.1), FRACTION, ""),
+        ],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let importance_resolution = parameters.take_resolution("importance_resolution")?;
-        let map = MapParameters::from_parameters(parameters)?;
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters);
+        let importance_resolution: u32 = parameters.get("importance_resolution");
         let most = match map.rasterization {
             Rasterization::Exact => FUNCTION_COUNT,
             // Straight edges come near the warp's only where neighbouring functions are alike.
             Rasterization::Linear { .. } => importance_resolution,
         };
-        let function_count = parameters.take_optional_resolution("function_count")?;
+        let function_count: Option<u32> = parameters.get("function_count");
         let function_count = function_count.unwrap_or(most.min(importance_resolution));
         ensure_value!(
             function_count <= importance_resolution,
             "function_count must be at most importance_resolution, {importance_resolution}, \
              got {function_count}"
         );
-        let smoothing = parameters.take_optional("smoothing")?;
+        if map.rasterization == Rasterization::Exact {
+            let (resolution, most) = (map.resolution, max_bands(map.resolution, map.resolution));
+            ensure_value!(
+                function_count <= most,
+                "function_count must be at most {most} with a map of {resolution} texels, got \
+                 {function_count}"
+            );
+        }
+        let smoothing: Option<f64> = parameters.get("smoothing");
         // Rows that share a function are averaged already.
         let rows_of_function = f64::from(importance_resolution) / f64::from(function_count);
         let width = f64::from(importance_resolution) / 32.0 - rows_of_function;
-        let (fit, snaps) = Fit::take(parameters)?;
+        let (fit, snaps) = fit_from(parameters)?;
         Ok(Self {
             map,
-            analysis: Analysis::from_parameters(parameters, FUNCTIONS)?,
+            analysis: Analysis::from_parameters(parameters),
             fit,
             snaps,
             importance_resolution,
             function_count,
             fit_of_counts: CountFit {
                 smoothing: smoothing.unwrap_or(width.max(0.0)),
-                exponent: parameters.take_fraction("exponent")?,
-                even_share: parameters.take_fraction("even_share")?,
+                exponent: parameters.get("exponent"),
+                even_share: parameters.get("even_share"),
             },
         })
     }

@@ -1,322 +1,15 @@
-//! Parameters of methods: names to values, checked with errors that name the parameter.
+//! Parameters that methods share: of a shadow map, of a fit, of a filter, each declared once.
 
-use crate::error::{Error, Result, ensure_value};
+use super::schema::{
+    Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, POSITIVE, POSITIVE_FRACTION, Parameter,
+    Parameters, Rule, Schema, Value, count, flag, number, word,
+};
+use crate::fits::boxes::Cut;
+use crate::fits::matrix_layers::Fit;
 use crate::gpu::passes::lookup::{Comparison, DepthBias, Filter};
 use crate::gpu::passes::rasterize::Rasterization;
 use crate::projection::{Kind, Projection};
-use glam::{DMat4, DVec3};
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
-/// A value of a parameter, as Python has it.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Value {
-    None,
-    Bool(bool),
-    Int(i64),
-    Float(f64),
-    Text(String),
-    Array(Array),
-    /// A matrix of 4 x 4, row by row.
-    Matrix(Box<[f64; 16]>),
-    Maps(Arc<[OldMap]>),
-}
-
-/// What a layer of the frame before leaves to the next one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OldMap {
-    pub importance: Array,
-    /// (x, y, depth, w) from a point in the world, x and y from 0 to 1 in the map.
-    pub map_from_world: DMat4,
-}
-
-/// Numbers in rows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Array {
-    pub rows: usize,
-    pub columns: usize,
-    pub values: Arc<[f32]>,
-}
-
-impl std::fmt::Display for Value {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::None => write!(f, "None"),
-            Self::Bool(true) => write!(f, "True"),
-            Self::Bool(false) => write!(f, "False"),
-            Self::Int(value) => write!(f, "{value}"),
-            Self::Float(value) => write!(f, "{value}"),
-            Self::Text(value) => write!(f, "{value:?}"),
-            Self::Array(array) => {
-                write!(f, "an array of shape ({}, {})", array.rows, array.columns)
-            }
-            Self::Matrix(value) => write!(f, "{value:?}"),
-            Self::Maps(maps) => write!(f, "{} layers", maps.len()),
-        }
-    }
-}
-
-/// Parameters by name. Each is taken once.
-#[derive(Debug, Clone, Default)]
-pub struct Parameters(BTreeMap<String, Value>);
-
-impl FromIterator<(String, Value)> for Parameters {
-    fn from_iter<I: IntoIterator<Item = (String, Value)>>(values: I) -> Self {
-        Self(values.into_iter().collect())
-    }
-}
-
-impl Parameters {
-    /// Fills in the defaults; a name that has none is unknown.
-    pub fn with_defaults(mut self, method: &str, defaults: Vec<(&str, Value)>) -> Result<Self> {
-        if let Some(unknown) = self
-            .0
-            .keys()
-            .find(|k| !defaults.iter().any(|(d, _)| d == k))
-        {
-            let known: Vec<_> = defaults.iter().map(|(name, _)| *name).collect();
-            return Err(Error::Value(format!(
-                "method {method:?} has the parameters {}, got {unknown:?}",
-                known.join(", ")
-            )));
-        }
-        for (name, value) in defaults {
-            self.0.entry(name.to_string()).or_insert(value);
-        }
-        Ok(self)
-    }
-
-    fn take(&mut self, name: &str) -> Value {
-        self.0
-            .remove(name)
-            .expect("every parameter has a default and is taken once")
-    }
-
-    /// A number of texels along the side of a map.
-    pub fn take_resolution(&mut self, name: &str) -> Result<u32> {
-        match self.take(name) {
-            Value::Int(value) if (1..=i64::from(LARGEST_RESOLUTION)).contains(&value) => {
-                Ok(value as u32)
-            }
-            value => Err(Error::Value(format!(
-                "{name} must be a whole number of texels from 1 to {LARGEST_RESOLUTION}, got {value}"
-            ))),
-        }
-    }
-
-    /// A whole number from 1.
-    pub fn take_count(&mut self, name: &str, most: u32) -> Result<u32> {
-        match self.take(name) {
-            Value::Int(value) if (1..=i64::from(most)).contains(&value) => Ok(value as u32),
-            value => Err(Error::Value(format!(
-                "{name} must be a whole number from 1 to {most}, got {value}"
-            ))),
-        }
-    }
-
-    /// As `take_resolution`, or `None`.
-    pub fn take_optional_resolution(&mut self, name: &str) -> Result<Option<u32>> {
-        if self.0.get(name) == Some(&Value::None) {
-            self.take(name);
-            return Ok(None);
-        }
-        self.take_resolution(name).map(Some)
-    }
-
-    /// True or false.
-    pub fn take_flag(&mut self, name: &str) -> Result<bool> {
-        match self.take(name) {
-            Value::Bool(value) => Ok(value),
-            value => Err(Error::Value(format!(
-                "{name} must be True or False, got {value}"
-            ))),
-        }
-    }
-
-    /// A number that is finite and not negative.
-    pub fn take_non_negative(&mut self, name: &str) -> Result<f64> {
-        let value = self.take(name);
-        let number = match value {
-            Value::Float(number) => number,
-            Value::Int(number) => number as f64,
-            _ => f64::NAN,
-        };
-        ensure_value!(
-            number.is_finite() && number >= 0.0,
-            "{name} must be a finite number, at least 0, got {value}"
-        );
-        Ok(number)
-    }
-
-    /// A number from 0 to 1.
-    pub fn take_fraction(&mut self, name: &str) -> Result<f64> {
-        let number = self.take_non_negative(name)?;
-        ensure_value!(number <= 1.0, "{name} must be at most 1, got {number}");
-        Ok(number)
-    }
-
-    /// As `take_non_negative`, or `None`.
-    pub fn take_optional(&mut self, name: &str) -> Result<Option<f64>> {
-        if self.0.get(name) == Some(&Value::None) {
-            self.take(name);
-            return Ok(None);
-        }
-        self.take_non_negative(name).map(Some)
-    }
-
-    /// Weights in rows: finite, not negative, at least one of them; or `None`.
-    pub fn take_weights(&mut self, name: &str) -> Result<Option<Array>> {
-        match self.take(name) {
-            Value::None => Ok(None),
-            Value::Array(array) => {
-                ensure_value!(
-                    !array.values.is_empty(),
-                    "{name} must hold at least one weight, got an array of shape ({}, {})",
-                    array.rows,
-                    array.columns
-                );
-                let is_weight = |value: &&f32| value.is_finite() && **value >= 0.0;
-                if let Some(wrong) = array.values.iter().find(|value| !is_weight(value)) {
-                    return Err(Error::Value(format!(
-                        "{name} must be finite and not negative, got {wrong}"
-                    )));
-                }
-                Ok(Some(array))
-            }
-            value => Err(Error::Value(format!(
-                "{name} must be an array with two axes, got {value}"
-            ))),
-        }
-    }
-
-    /// A finite matrix of 4 x 4, or `None`.
-    pub fn take_matrix(&mut self, name: &str) -> Result<Option<DMat4>> {
-        match self.take(name) {
-            Value::None => Ok(None),
-            Value::Matrix(rows) if rows.iter().all(|entry| entry.is_finite()) => {
-                Ok(Some(DMat4::from_cols_array(&rows).transpose()))
-            }
-            value => Err(Error::Value(format!(
-                "{name} must be a finite matrix of 4 x 4 or None, got {value}"
-            ))),
-        }
-    }
-
-    /// The layers of the frame before; none where there was no frame.
-    pub fn take_maps(&mut self, name: &str) -> Result<Arc<[OldMap]>> {
-        match self.take(name) {
-            Value::None => Ok(Arc::new([])),
-            Value::Maps(maps) => {
-                let is_whole = |map: &OldMap| {
-                    let importance = &map.importance.values;
-                    !importance.is_empty()
-                        && importance.iter().all(|&w| w.is_finite() && w >= 0.0)
-                        && map.map_from_world.is_finite()
-                };
-                ensure_value!(
-                    maps.iter().all(is_whole),
-                    "{name} must have finite matrices and importance that is finite and not negative"
-                );
-                Ok(maps)
-            }
-            value => Err(Error::Value(format!("{name} must be a frame, got {value}"))),
-        }
-    }
-
-    /// A product of words, `"a*b"`, each at most once.
-    pub fn take_product(
-        &mut self,
-        name: &str,
-        known: &[&'static str],
-    ) -> Result<Vec<&'static str>> {
-        let value = self.take(name);
-        let words = match &value {
-            Value::Text(text) => text
-                .split('*')
-                .map(|word| known.iter().copied().find(|&known| known == word.trim()))
-                .collect::<Option<Vec<_>>>(),
-            _ => None,
-        };
-        words.ok_or_else(|| {
-            let known = known.join(", ");
-            Error::Value(format!("{name} must be a product of {known}, got {value}"))
-        })
-    }
-
-    fn take_rasterization(&mut self) -> Result<Rasterization> {
-        let is_linear = self.take_choice("rasterization", &[("exact", false), ("linear", true)])?;
-        let longest_edge = self.take_optional("tessellation")?;
-        if let Some(share) = longest_edge {
-            ensure_value!(
-                share > 0.0 && share <= 1.0,
-                "tessellation must be above 0 and at most 1, got {share}"
-            );
-        }
-        Ok(match is_linear {
-            true => Rasterization::Linear { longest_edge },
-            false => Rasterization::Exact,
-        })
-    }
-
-    /// One of `LOOKUPS`, or a filter: `"pcf(radius=2.0, samples=16, space=warped)"`.
-    fn take_lookup(&mut self) -> Result<Comparison> {
-        let filter = match self.0.get("lookup") {
-            Some(Value::Text(text)) => filter_from_text(text),
-            _ => None,
-        };
-        let Some(filter) = filter else {
-            return self.take_choice("lookup", LOOKUPS);
-        };
-        self.take("lookup");
-        let Filter {
-            radius, samples, ..
-        } = filter;
-        ensure_value!(
-            radius.is_finite() && radius >= 0.0,
-            "radius must be finite and not negative, got {radius}"
-        );
-        ensure_value!(
-            (1..=MAX_SAMPLES).contains(&samples),
-            "samples must be from 1 to {MAX_SAMPLES}, got {samples}"
-        );
-        Ok(Comparison::filtered(filter))
-    }
-
-    /// One of a few words.
-    pub fn take_choice<T: Copy>(&mut self, name: &str, choices: &[(&str, T)]) -> Result<T> {
-        let value = self.take(name);
-        if let Value::Text(text) = &value
-            && let Some((_, choice)) = choices.iter().find(|(known, _)| known == text)
-        {
-            return Ok(*choice);
-        }
-        let known: Vec<_> = choices.iter().map(|(known, _)| *known).collect();
-        Err(Error::Value(format!(
-            "{name} must be one of {}, got {value}",
-            known.join(", ")
-        )))
-    }
-}
-
-/// Depth tests of a pixel; with the rows of an invocation they stay below 65,535 iterations.
-const MAX_SAMPLES: u32 = 1024;
-
-fn filter_from_text(text: &str) -> Option<Filter> {
-    let mut parts = text.strip_prefix("pcf(")?.strip_suffix(')')?.split(", ");
-    let filter = Filter {
-        radius: parts.next()?.strip_prefix("radius=")?.parse().ok()?,
-        samples: parts.next()?.strip_prefix("samples=")?.parse().ok()?,
-        is_unwarped: match parts.next()? {
-            "space=warped" => false,
-            "space=unwarped" => true,
-            _ => return None,
-        },
-    };
-    parts.next().is_none().then_some(filter)
-}
-
-/// Beyond this a map's texels would not count in 32 bits.
-const LARGEST_RESOLUTION: u32 = 32768;
+use glam::DVec3;
 
 /// Parameters of every method that has a shadow map.
 #[derive(Debug, Clone, PartialEq)]
@@ -341,7 +34,7 @@ pub enum Bias {
     ReceiverPlane,
 }
 
-const BIASES: &[(&str, Bias)] = &[
+const BIASES: Choices<Bias> = &[
     ("auto", Bias::Auto),
     ("constant", Bias::Constant),
     ("slope", Bias::Slope),
@@ -357,7 +50,7 @@ const fn comparison(reach: u8, triangles: bool, depths: bool) -> Comparison {
     }
 }
 
-const LOOKUPS: &[(&str, Comparison)] = &[
+const LOOKUPS: Choices<Comparison> = &[
     ("auto", comparison(1, true, true)),
     ("auto_5x5", comparison(2, true, true)),
     ("depth", Comparison::DEPTH),
@@ -366,16 +59,49 @@ const LOOKUPS: &[(&str, Comparison)] = &[
     ("triangle_5x5", comparison(2, true, false)),
 ];
 
+/// Each with whether edges are straight in the map.
+const RASTERIZATIONS: Choices<bool> = &[("exact", false), ("linear", true)];
+
 impl MapParameters {
+    pub const PARAMETERS: &'static [Parameter] = &[
+        count("resolution", Some(1024), MAX_RESOLUTION, "texels"),
+        word("rasterization", "exact", Rule::Choice(&RASTERIZATIONS)),
+        number("tessellation", None, POSITIVE_FRACTION, "sides of the map"),
+        word("lookup", "auto", Rule::Lookup(&LOOKUPS)),
+        word("bias", "auto", Rule::Choice(&BIASES)),
+        number("constant_bias", None, NON_NEGATIVE, "world units"),
+        number("slope_bias", Some(1.0), NON_NEGATIVE, "texels"),
+    ];
+
+    pub fn from_parameters(parameters: &Parameters) -> Self {
+        let longest_edge = parameters.get("tessellation");
+        let is_linear = parameters.choice("rasterization", RASTERIZATIONS);
+        Self {
+            resolution: parameters.get("resolution"),
+            rasterization: match is_linear {
+                true => Rasterization::Linear { longest_edge },
+                false => Rasterization::Exact,
+            },
+            lookup: match parameters.value("lookup") {
+                Value::Filter(filter) => Comparison::filtered(*filter),
+                _ => parameters.choice("lookup", LOOKUPS),
+            },
+            bias: parameters.choice("bias", BIASES),
+            constant_bias: parameters.get("constant_bias"),
+            slope_bias: parameters.get("slope_bias"),
+        }
+    }
+
     /// With the defaults of the other parameters.
     pub fn new(resolution: u32) -> Self {
+        let groups = &[Self::PARAMETERS];
+        let schema = Schema {
+            name: "map",
+            groups,
+        };
         Self {
             resolution,
-            rasterization: Rasterization::Exact,
-            lookup: LOOKUPS[0].1,
-            bias: Bias::Auto,
-            constant_bias: None,
-            slope_bias: 1.0,
+            ..Self::from_parameters(&schema.defaults())
         }
     }
 
@@ -387,29 +113,6 @@ impl MapParameters {
             lookup,
             ..self.clone()
         }
-    }
-
-    pub fn defaults() -> Vec<(&'static str, Value)> {
-        vec![
-            ("resolution", Value::Int(1024)),
-            ("rasterization", Value::Text("exact".to_string())),
-            ("tessellation", Value::None),
-            ("lookup", Value::Text("auto".to_string())),
-            ("bias", Value::Text("auto".to_string())),
-            ("constant_bias", Value::None),
-            ("slope_bias", Value::Float(1.0)),
-        ]
-    }
-
-    pub fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        Ok(Self {
-            resolution: parameters.take_resolution("resolution")?,
-            rasterization: parameters.take_rasterization()?,
-            lookup: parameters.take_lookup()?,
-            bias: parameters.take_choice("bias", BIASES)?,
-            constant_bias: parameters.take_optional("constant_bias")?,
-            slope_bias: parameters.take_non_negative("slope_bias")?,
-        })
     }
 
     /// The bias of a map, whose positions are known to `rounding`.
@@ -452,6 +155,87 @@ impl MapParameters {
     }
 }
 
+/// Receivers looked at along the longer side of the image, as in Chong and Gortler, section 2.4.
+pub const SAMPLE_RESOLUTION: Parameter =
+    count("sample_resolution", Some(180), MAX_RESOLUTION, "pixels");
+
+/// By how much of its size a map is widened: between two samples something may stick out.
+pub const MARGIN: Parameter = number("margin", Some(0.02), FRACTION, "sides of the map");
+
+/// Whether texels hold still while the receivers move.
+pub const SNAP: Parameter = flag("snap", false);
+
+/// What a layer is cut to: `cut`, one of a few words, and `snap`.
+pub fn cut_from(parameters: &Parameters, cuts: Choices<Cut>) -> Cut {
+    match parameters.choice("cut", cuts) {
+        Cut::Receivers => Cut::to_receivers(parameters.get("snap")),
+        cut => cut,
+    }
+}
+
+/// Parameters of the methods that fit a light matrix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitParameters {
+    pub fit: Fit,
+    /// Receivers looked at along the longer side of the image.
+    pub sample_resolution: u32,
+    /// By how much of its size the map is widened.
+    pub margin: f64,
+}
+
+const FITS: Choices<Fit> = &[("receivers", Fit::Receivers), ("frustum", Fit::Frustum)];
+
+impl FitParameters {
+    pub const PARAMETERS: &'static [Parameter] = &[
+        word("fit", "receivers", Rule::Choice(&FITS)),
+        SAMPLE_RESOLUTION,
+        MARGIN,
+    ];
+
+    pub fn from_parameters(parameters: &Parameters) -> Self {
+        Self {
+            fit: parameters.choice("fit", FITS),
+            sample_resolution: parameters.get("sample_resolution"),
+            margin: parameters.get("margin"),
+        }
+    }
+}
+
+/// Depth tests of a pixel; with the rows of an invocation they stay below 65,535 iterations.
+const MAX_SAMPLES: u32 = 1024;
+
+/// Each with whether the disc lies across the light's rays, before the warp.
+const SPACES: Choices<bool> = &[("warped", false), ("unwarped", true)];
+
+/// Of percentage closer filtering, a value of `lookup`.
+pub const FILTER: Schema = Schema {
+    name: "pcf",
+    groups: &[&[
+        number("radius", Some(2.0), NON_NEGATIVE, "texels or world units"),
+        count("samples", Some(16), MAX_SAMPLES, "points"),
+        word("space", "warped", Rule::Choice(&SPACES)),
+    ]],
+};
+
+impl Filter {
+    pub fn from_parameters(parameters: &Parameters) -> Self {
+        Self {
+            radius: parameters.get("radius"),
+            samples: parameters.get("samples"),
+            is_unwarped: parameters.choice("space", SPACES),
+        }
+    }
+}
+
+/// Of the choice of a method, which Python makes.
+pub const AUTO: Schema = Schema {
+    name: "auto",
+    groups: &[&[
+        number("max_error", Some(0.001), FRACTION, "of the covered pixels"),
+        number("max_ms", None, POSITIVE, "milliseconds"),
+    ]],
+};
+
 /// A bound of the error of a float32 position in the light's space: positions are sums of a few
 /// terms, none larger than the distance of the eye and the size of the map's box together.
 pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
@@ -473,36 +257,96 @@ pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::methods::Method;
+    use crate::methods::schema::Fault;
 
-    fn message(name: &str, value: Value) -> String {
-        let parameters = Parameters::from_iter([(name.to_string(), value)]);
-        Method::new("uniform", parameters).unwrap_err().to_string()
+    fn refused(name: &str, value: Value) -> Error {
+        let parameter = Method::schema("uniform").unwrap().parameter(name).unwrap();
+        let got = format!("{value:?}");
+        parameter.error(parameter.check(value).unwrap_err(), &got)
     }
 
     #[test]
     fn errors_name_parameter_rule_and_value() {
-        for (name, value, got) in [
-            ("resolution", Value::Int(0), "got 0"),
-            ("resolution", Value::Float(1.5), "got 1.5"),
-            ("resolution", Value::Int(1 << 40), "got 1099511627776"),
-            ("bias", Value::Text("none".into()), "got \"none\""),
-            ("slope_bias", Value::Float(-1.0), "got -1"),
-            ("lookup", Value::Text("pcf".into()), "got \"pcf\""),
-            ("constant_bias", Value::Float(f64::NAN), "got NaN"),
-            ("colour", Value::Int(1), "got \"colour\""),
+        for (name, value, words) in [
+            (
+                "resolution",
+                Value::Int(0),
+                "a whole number of texels from 1 to 32768, got Int(0)",
+            ),
+            ("resolution", Value::Int(1 << 40), "got Int(1099511627776)"),
+            (
+                "bias",
+                Value::Text("none".into()),
+                "one of 'auto', 'constant', 'slope', 'receiver_plane', got",
+            ),
+            (
+                "slope_bias",
+                Value::Float(-1.0),
+                "a finite number, at least 0, got Float(-1.0)",
+            ),
+            (
+                "lookup",
+                Value::Text("pcf".into()),
+                "'triangle_5x5' or a lixel.Pcf, got",
+            ),
+            (
+                "constant_bias",
+                Value::Float(f64::NAN),
+                "a finite number, at least 0 or None, got Float(NaN)",
+            ),
+            (
+                "tessellation",
+                Value::Int(0),
+                "a number above 0 and at most 1 or None, got Int(0)",
+            ),
         ] {
-            let message = message(name, value);
-            assert!(message.contains(got), "{message}");
-            assert!(name == "colour" || message.starts_with(name), "{message}");
+            let error = refused(name, value);
+            assert!(matches!(error, Error::Value(_)), "{error:?}");
+            assert!(
+                error.to_string().starts_with(&format!("{name} must be ")),
+                "{error}"
+            );
+            assert!(error.to_string().contains(words), "{error}");
+        }
+        for (name, value) in [
+            ("resolution", Value::Float(1.5)),
+            ("slope_bias", Value::None),
+            ("bias", Value::Int(1)),
+        ] {
+            assert!(matches!(refused(name, value), Error::Type(_)), "{name}");
+        }
+        let error = Method::schema("uniform").unwrap().parameter("colour").err();
+        assert!(error.unwrap().to_string().contains("got 'colour'"));
+    }
+
+    #[test]
+    fn every_default_obeys_its_rule() {
+        let methods = Method::list().into_iter().map(|method| method.schema);
+        for schema in methods.chain([FILTER, AUTO]) {
+            for parameter in schema.parameters() {
+                let default = parameter.default.clone();
+                assert_eq!(
+                    parameter.check(default.clone()),
+                    Ok(default),
+                    "{}",
+                    parameter.name
+                );
+                if let Rule::Count { max } = parameter.rule {
+                    assert!(!parameter.unit.is_empty(), "{}", parameter.name);
+                    let above = Value::Int(i64::from(max) + 1);
+                    assert_eq!(parameter.check(above), Err(Fault::Range));
+                }
+            }
         }
     }
 
     #[test]
     fn unknown_methods_are_answered_with_the_known_ones() {
-        let error = Method::new("best", Parameters::default()).unwrap_err();
+        let error = Method::schema("best").err().unwrap();
         for method in Method::list() {
-            assert!(error.to_string().contains(method.name), "{error}");
+            assert!(error.to_string().contains(method.schema.name), "{error}");
         }
     }
 }

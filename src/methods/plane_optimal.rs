@@ -10,10 +10,12 @@
 //! Limits: off the plane texels may be of any size, and what the light moves behind the camera's
 //! plane on its way to that plane has none: it counts as lit.
 
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::FitParameters;
+use super::schema::Groups;
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::light_fits::{PlaneFrame, dominant_plane, plane_optimal};
-use crate::fits::matrix_layers::{Fit, FitParameters, fitted_layers};
+use crate::fits::matrix_layers::{Fit, fitted_layers};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneOptimal {
@@ -27,16 +29,12 @@ impl ShadowMethod for PlaneOptimal {
     const CITATION: &'static str = "Chong, H. Y., and Gortler, S. J. 2004. A lixel for every pixel. \
          Eurographics Symposium on Rendering.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend(FitParameters::defaults());
-        defaults
-    }
+    const PARAMETERS: Groups = &[MapParameters::PARAMETERS, FitParameters::PARAMETERS];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map: MapParameters::from_parameters(parameters)?,
-            fit: FitParameters::from_parameters(parameters)?,
+            map: MapParameters::from_parameters(parameters),
+            fit: FitParameters::from_parameters(parameters),
         })
     }
 

@@ -9,10 +9,12 @@
 //! Limits: a light that shines along the view sees the transformed scene at a grazing angle; the
 //! virtual camera then steps back, and what is left of the perspective may be less than enough.
 
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::FitParameters;
+use super::schema::Groups;
+use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::light_fits::perspective;
-use crate::fits::matrix_layers::{FitParameters, fitted_layers};
+use crate::fits::matrix_layers::fitted_layers;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perspective {
@@ -26,16 +28,12 @@ impl ShadowMethod for Perspective {
     const CITATION: &'static str = "Stamminger, M., and Drettakis, G. 2002. Perspective shadow maps. \
          SIGGRAPH.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend(FitParameters::defaults());
-        defaults
-    }
+    const PARAMETERS: Groups = &[MapParameters::PARAMETERS, FitParameters::PARAMETERS];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map: MapParameters::from_parameters(parameters)?,
-            fit: FitParameters::from_parameters(parameters)?,
+            map: MapParameters::from_parameters(parameters),
+            fit: FitParameters::from_parameters(parameters),
         })
     }
 

@@ -12,7 +12,8 @@
 //!
 //! Limits: a moving scene pays for the build in every frame.
 
-use super::{Parameters, Recorded, ShadowMethod, Value, View};
+use super::schema::{Choices, Groups, Rule, word};
+use super::{Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -29,27 +30,23 @@ pub enum Traversal {
     Hardware,
 }
 
+const TRAVERSALS: Choices<Traversal> = &[
+    ("auto", Traversal::Auto),
+    ("compute", Traversal::Compute),
+    ("hardware", Traversal::Hardware),
+];
+
 impl ShadowMethod for RayTraced {
     const NAME: &'static str = "ray_traced";
     const TITLE: &'static str = "Ray traced";
     const CITATION: &'static str =
         "Smits, B. 1998. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2).";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        vec![("traversal", Value::Text("auto".to_string()))]
-    }
+    const PARAMETERS: Groups = &[&[word("traversal", "auto", Rule::Choice(&TRAVERSALS))]];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        Ok(Self {
-            traversal: parameters.take_choice(
-                "traversal",
-                &[
-                    ("auto", Traversal::Auto),
-                    ("compute", Traversal::Compute),
-                    ("hardware", Traversal::Hardware),
-                ],
-            )?,
-        })
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        let traversal = parameters.choice("traversal", TRAVERSALS);
+        Ok(Self { traversal })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {

@@ -12,10 +12,11 @@
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
-use super::importance::{Analysis, DIRECTIONS, Direction};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::importance::{Analysis, DIRECTIONS, Direction, fit_from};
+use super::schema::{Groups, NON_NEGATIVE, Rule, number, word};
+use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, View};
 use crate::error::{Result, ensure_value};
-use crate::fits::boxes::{Cut, Fit};
+use crate::fits::boxes::Fit;
 use crate::gpu::passes::importance_map::Importance;
 use crate::gpu::passes::warp_map::{Axis, WarpMap};
 
@@ -47,29 +48,26 @@ impl ShadowMethod for RectilinearWarp {
     const CITATION: &'static str = "Rosen, P. 2012. Rectilinear texture warping for fast adaptive \
          shadow mapping. I3D.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend(Analysis::defaults("distance"));
-        defaults.extend([
-            ("analysis", Value::Text("backward".to_string())),
-            (Fit::NAME, Fit::default_value()),
-            (Cut::SNAP, Value::Bool(false)),
-            ("importance_resolution", Value::Int(512)),
-            ("blur", Value::Float(3.0)),
-        ]);
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[word("importance", "distance", Rule::Product(FUNCTIONS))],
+        Analysis::PARAMETERS,
+        &[
+            word("analysis", "backward", Rule::Choice(&DIRECTIONS)),
+            number("blur", Some(3.0), NON_NEGATIVE, "cells"),
+        ],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let (fit, snaps) = Fit::take(parameters)?;
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        let (fit, snaps) = fit_from(parameters)?;
         let method = Self {
-            map: MapParameters::from_parameters(parameters)?,
+            map: MapParameters::from_parameters(parameters),
             fit,
             snaps,
-            analysis: Analysis::from_parameters(parameters, FUNCTIONS)?,
-            direction: parameters.take_choice("analysis", DIRECTIONS)?,
-            importance_resolution: parameters.take_resolution("importance_resolution")?,
-            blur: parameters.take_non_negative("blur")?,
+            analysis: Analysis::from_parameters(parameters),
+            direction: parameters.choice("analysis", DIRECTIONS),
+            importance_resolution: parameters.get("importance_resolution"),
+            blur: parameters.get("blur"),
         };
         let Analysis {
             shadow_edge,
@@ -81,15 +79,15 @@ impl ShadowMethod for RectilinearWarp {
             Direction::Backward => {
                 ensure_value!(
                     !shadow_edge,
-                    "analysis must be \"forward\" or \"hybrid\" for the importance \"shadow_edge\", got \
-                 \"backward\""
+                    "analysis must be 'forward' or 'hybrid' for the importance 'shadow_edge', got \
+                     'backward'"
                 );
             }
             Direction::Forward => {
                 ensure_value!(
                     !boundary && pixel_weights.is_none(),
-                    "analysis must be \"backward\" or \"hybrid\" for \"boundary\" and pixel_weights, got \
-                 \"forward\""
+                    "analysis must be 'backward' or 'hybrid' for 'boundary' and pixel_weights, got \
+                     'forward'"
                 );
             }
             Direction::Hybrid => {}

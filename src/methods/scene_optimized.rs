@@ -14,14 +14,16 @@
 //! that are rendered together share these waits); a shadow that no sample meets may be off the map, and
 //! counts as lit.
 
+use super::parameters::{MARGIN, SAMPLE_RESOLUTION};
+use super::schema::{Choices, Groups, Rule, Value, parameter, word};
 use super::view::SampledReceivers;
-use super::{Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, Value, View};
+use super::{
+    Fitted, MapParameters, Parameters, Plan, Recorded, ShadowMethod, View, default_method,
+};
 use crate::error::Result;
 use crate::fits::light_fits::focused;
 use crate::fits::light_matrix::{LightMatrix, MapSize, Sample, descend, optimize};
-use crate::fits::matrix_layers::{
-    MARGIN, Part, SAMPLE_RESOLUTION, parts_of_receivers, projection, take_margin,
-};
+use crate::fits::matrix_layers::{Part, parts_of_receivers, projection};
 use glam::{DMat4, DVec3};
 use std::time::Instant;
 
@@ -40,7 +42,7 @@ enum Choice {
     Facing,
 }
 
-const CHOICES: &[(&str, Choice)] = &[
+const CHOICES: Choices<Choice> = &[
     ("shadow", Choice::Shadow),
     ("boundary", Choice::Boundary),
     ("facing", Choice::Facing),
@@ -54,8 +56,8 @@ enum Optimizer {
     Simplex,
 }
 
-const OPTIMIZERS: &[(&str, Optimizer)] =
-    &[("simplex", Optimizer::Simplex), ("paper", Optimizer::Paper)];
+const OPTIMIZERS: Choices<Optimizer> =
+    &[("paper", Optimizer::Paper), ("simplex", Optimizer::Simplex)];
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneOptimized {
@@ -76,29 +78,25 @@ impl ShadowMethod for SceneOptimized {
     const CITATION: &'static str = "Chong, H. Y., and Gortler, S. J. 2007. Scene optimized shadow \
          mapping. Harvard University, TR-07-07.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.extend([
-            ("samples", Value::Text("shadow".to_string())),
-            ("optimizer", Value::Text("paper".to_string())),
-            (
-                "sample_resolution",
-                Value::Int(i64::from(SAMPLE_RESOLUTION)),
-            ),
-            ("margin", Value::Float(MARGIN)),
-            ("previous", Value::None),
-        ]);
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[
+            word("samples", "shadow", Rule::Choice(&CHOICES)),
+            word("optimizer", "paper", Rule::Choice(&OPTIMIZERS)),
+            SAMPLE_RESOLUTION,
+            MARGIN,
+            parameter("previous", Rule::Matrix, Value::None, ""),
+        ],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
         Ok(Self {
-            map: MapParameters::from_parameters(parameters)?,
-            samples: parameters.take_choice("samples", CHOICES)?,
-            optimizer: parameters.take_choice("optimizer", OPTIMIZERS)?,
-            sample_resolution: parameters.take_resolution("sample_resolution")?,
-            margin: take_margin(parameters)?,
-            previous: parameters.take_matrix("previous")?,
+            map: MapParameters::from_parameters(parameters),
+            samples: parameters.choice("samples", CHOICES),
+            optimizer: parameters.choice("optimizer", OPTIMIZERS),
+            sample_resolution: parameters.get("sample_resolution"),
+            margin: parameters.get("margin"),
+            previous: parameters.get("previous"),
         })
     }
 
@@ -111,13 +109,10 @@ impl ShadowMethod for SceneOptimized {
 impl SceneOptimized {
     /// With the defaults of the other parameters.
     pub fn new(resolution: u32) -> Self {
+        let map = MapParameters::new(resolution);
         Self {
-            map: MapParameters::new(resolution),
-            samples: Choice::Shadow,
-            optimizer: Optimizer::Paper,
-            sample_resolution: SAMPLE_RESOLUTION,
-            margin: MARGIN,
-            previous: None,
+            map,
+            ..default_method()
         }
     }
 

@@ -16,7 +16,8 @@
 //! (drawn three times as fine, a fifth to a seventh of them are left); time grows with the area of all
 //! volumes in the image.
 
-use super::{Parameters, Recorded, ShadowMethod, Value, View};
+use super::schema::Groups;
+use super::{Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -28,11 +29,9 @@ impl ShadowMethod for ShadowVolumes {
     const CITATION: &'static str =
         "Crow, F. 1977. Shadow algorithms for computer graphics. SIGGRAPH 1977.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        vec![]
-    }
+    const PARAMETERS: Groups = &[];
 
-    fn from_parameters(_parameters: &mut Parameters) -> Result<Self> {
+    fn from_parameters(_: &Parameters) -> Result<Self> {
         Ok(Self)
     }
 

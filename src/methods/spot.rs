@@ -8,7 +8,9 @@
 //!
 //! Limits: texels are spread evenly over the plane, not over what the camera sees.
 
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::parameters::{SNAP, cut_from};
+use super::schema::{Choices, Groups, Rule, word};
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::{Error, Result};
 use crate::fits::boxes::{Cut, cut_layers};
 use crate::fits::central::cone_layer;
@@ -20,26 +22,24 @@ pub struct Spot {
     pub cut: Cut,
 }
 
+const CUTS: Choices<Cut> = &[("receivers", Cut::Receivers), ("cone", Cut::Whole)];
+
 impl ShadowMethod for Spot {
     const NAME: &'static str = "spot";
     const TITLE: &'static str = "Spot shadow map";
     const CITATION: &'static str = "Williams, L. 1978. Casting curved shadows on curved surfaces. \
          SIGGRAPH.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        let mut defaults = MapParameters::defaults();
-        defaults.push((Cut::NAME, Value::Text("receivers".to_string())));
-        defaults.push((Cut::SNAP, Value::Bool(false)));
-        defaults
-    }
+    const PARAMETERS: Groups = &[
+        MapParameters::PARAMETERS,
+        &[word("cut", "receivers", Rule::Choice(&CUTS)), SNAP],
+    ];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
-        let cut = Cut::take(
-            parameters,
-            &[("receivers", Cut::Receivers), ("cone", Cut::Whole)],
-        )?;
-        Ok(Self { map, cut })
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        Ok(Self {
+            map: MapParameters::from_parameters(parameters),
+            cut: cut_from(parameters, CUTS),
+        })
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {

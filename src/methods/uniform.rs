@@ -9,7 +9,8 @@
 //!
 //! Limits: a large scene leaves few texels to what is in view.
 
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, Value, View};
+use super::schema::Groups;
+use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
 use crate::fits::central::{cone_layer, cube_faces, fit_square, plane_radius};
 use crate::fits::parallel::{axes_at, bounds_of, fit_box};
@@ -31,12 +32,10 @@ impl ShadowMethod for Uniform {
     const CITATION: &'static str =
         "Williams, L. 1978. Casting curved shadows on curved surfaces. SIGGRAPH.";
 
-    fn defaults() -> Vec<(&'static str, Value)> {
-        MapParameters::defaults()
-    }
+    const PARAMETERS: Groups = &[MapParameters::PARAMETERS];
 
-    fn from_parameters(parameters: &mut Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters)?;
+    fn from_parameters(parameters: &Parameters) -> Result<Self> {
+        let map = MapParameters::from_parameters(parameters);
         Ok(Self { map })
     }
 

@@ -5,7 +5,7 @@ use super::tessellate::{self, tessellate};
 use super::warp_map::{self, WarpMap};
 use super::work_items::{self, Counters, PendingWork, Stages};
 use super::{Fact, Facts};
-use crate::error::{Result, ensure_value};
+use crate::error::Result;
 use crate::gpu::frame::{Frame, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
@@ -157,14 +157,9 @@ pub fn rasterize(
     let longest_side = projection.width.max(projection.height);
     let unused = frame.storage("unused tiles", 4)?;
     let tiles = (9, buffer(receiver_tiles.unwrap_or(&unused)));
-    let tile_bits = [projection.width, projection.height]
-        .map(|side| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros());
+    let tile_bits = tile_bits(projection.width, projection.height);
     if has_bands {
-        let most = (1u64 << (u32::BITS - tile_bits[0] - tile_bits[1])) - 1;
-        ensure_value!(
-            u64::from(bands) <= most,
-            "function_count must be at most {most} with a map of {longest_side} texels, got {bands}"
-        );
+        assert!(bands <= max_bands(projection.width, projection.height));
         // A lane takes several bands and columns of functions of an item: all of an invocation's loops together
         // must stay below 65,535 iterations.
         per_invocation = per_invocation.min(32);
@@ -239,4 +234,15 @@ pub fn rasterize(
         describe,
     };
     Ok(Rasterized { texels, work })
+}
+
+/// Bits that count the tiles along each side of a map.
+fn tile_bits(width: u32, height: u32) -> [u32; 2] {
+    [width, height].map(|side| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros())
+}
+
+/// Functions along an axis of a warp that an item of work can tell apart, in a map of so many texels.
+pub fn max_bands(width: u32, height: u32) -> u32 {
+    let [x, y] = tile_bits(width, height);
+    ((1u64 << (u32::BITS - x - y)) - 1) as u32
 }

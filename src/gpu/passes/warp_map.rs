@@ -1,6 +1,6 @@
 //! Pass "warp map": importance to monotone functions, `shaders/warp_map.wgsl`.
 
-use crate::error::{Result, ensure_value};
+use crate::error::Result;
 use crate::gpu::flag;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
@@ -15,7 +15,7 @@ const SHADER: Shader = Shader::new("warp_map");
 const BLOCK: u32 = 16;
 
 /// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations.
-const MAX_CELLS: u32 = 16384;
+pub const MAX_CELLS: u32 = 16384;
 
 /// The file that fills the shaders' slot `warp`.
 pub fn shader(warp: Option<&WarpMap>) -> &'static str {
@@ -94,10 +94,7 @@ impl WarpMap {
     /// Room for `functions` functions of `cells` cells along each axis of a map of `resolution`
     /// texels; what they are is undefined.
     pub fn new(frame: &Frame, functions: u32, cells: u32, resolution: u32) -> Result<Self> {
-        ensure_value!(
-            cells <= MAX_CELLS,
-            "importance_resolution must be at most {MAX_CELLS}, got {cells}"
-        );
+        assert!(cells <= MAX_CELLS, "{cells} cells");
         let boundaries = u64::from(cells) + 1;
         let forward = u64::from(functions) * boundaries;
         let inverse = u64::from(functions) * u64::from(resolution);

@@ -1,27 +1,26 @@
-//! The door to Python: the only file that names pyo3. Arrays in, arrays out, errors to exceptions;
+//! The door to Python: only the files in this folder name pyo3. Arrays in, arrays out, errors to exceptions;
 //! the GIL is released while the work is done. `python/lixel/_core.pyi` documents what is here.
 
+mod parameters;
+mod world;
+
 use crate::aliasing;
-use crate::bvh::{Bvh, Everything};
-use crate::camera::Camera;
+use crate::bvh::Everything;
 use crate::error::Error;
 use crate::gpu;
 use crate::gpu::passes::LABELS;
 use crate::light::Light;
-use crate::methods::{Array, Method, OldMap, Parameters, Value, scene_optimized};
+use crate::methods::scene_optimized;
 use crate::reference::{self, Reference};
-use crate::render::{MAX_TOGETHER, Outputs, Rendered, SceneCache, Stats, render as render_frames};
-use crate::scene::Scene;
-use glam::{DMat4, DVec2, DVec3};
+use crate::render::{MAX_TOGETHER, Outputs, Rendered, Stats, render as render_frames};
 use numpy::ndarray::{Array2, Array3, Array4};
-use numpy::{
-    PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
-};
+use numpy::{PyArray2, PyArray3, PyArray4, PyReadonlyArray2, ToPyArray};
+use parameters::method_from_python;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyTuple};
+use pyo3::types::{PyDict, PyTuple};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, RwLock, RwLockReadGuard};
+use world::{PyCamera, PyLight, PyScene};
 
 pyo3::create_exception!(
     lixel,
@@ -34,6 +33,7 @@ impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         match error {
             Error::Value(message) => PyValueError::new_err(message),
+            Error::Type(message) => PyTypeError::new_err(message),
             Error::Device(message) => DeviceError::new_err(message),
         }
     }
@@ -53,304 +53,6 @@ fn check_process() -> PyResult<()> {
          along; start processes with multiprocessing.get_context(\"spawn\"), or fork before the first \
          scene is made",
     ))
-}
-
-fn rows_of_three<T: numpy::Element + Copy>(
-    name: &str,
-    array: &PyReadonlyArray2<T>,
-) -> PyResult<Vec<[T; 3]>> {
-    let array = array.as_array();
-    if array.ncols() != 3 {
-        let (rows, columns) = array.dim();
-        return Err(PyValueError::new_err(format!(
-            "{name} must have shape (n, 3), got ({rows}, {columns})"
-        )));
-    }
-    let rows = array.rows().into_iter();
-    Ok(rows.map(|row| [row[0], row[1], row[2]]).collect())
-}
-
-fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
-    Ok(rows_of_three(name, array)?
-        .into_iter()
-        .map(DVec3::from)
-        .collect())
-}
-
-fn array_of_points(points: &[DVec3]) -> Array2<f64> {
-    Array2::from_shape_fn((points.len(), 3), |(row, axis)| points[row][axis])
-}
-
-#[pyclass(name = "Scene", module = "lixel._core", frozen)]
-struct PyScene {
-    scene: RwLock<Scene>,
-    cache: SceneCache,
-    /// Of the generation that it was built for.
-    bvh: Mutex<Option<(u64, Arc<Bvh>)>>,
-}
-
-impl PyScene {
-    fn read(&self) -> RwLockReadGuard<'_, Scene> {
-        self.scene
-            .read()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// The reference's search structure, built at first use and after the vertices moved.
-    fn bvh(&self, scene: &Scene) -> Arc<Bvh> {
-        let mut cached = gpu::lock(&self.bvh);
-        match cached.as_ref() {
-            Some((generation, bvh)) if *generation == scene.generation() => bvh.clone(),
-            _ => {
-                let bvh = Arc::new(Bvh::new(scene));
-                *cached = Some((scene.generation(), bvh.clone()));
-                bvh
-            }
-        }
-    }
-}
-
-#[pymethods]
-impl PyScene {
-    #[new]
-    fn new(
-        py: Python,
-        vertices: PyReadonlyArray2<f64>,
-        faces: PyReadonlyArray2<i64>,
-    ) -> PyResult<Self> {
-        check_process()?;
-        let vertices = points("vertices", &vertices)?;
-        let faces = rows_of_three("faces", &faces)?;
-        let scene = py.detach(|| {
-            if let Some(row) = faces.iter().position(|face| face.iter().any(|&i| i < 0)) {
-                return Err(Error::Value(format!(
-                    "faces must index vertices: row {row} is {:?}, and no index may be negative",
-                    faces[row]
-                )));
-            }
-            // An index beyond 32 bits is beyond any number of vertices, too.
-            let narrow = |i: i64| u32::try_from(i).unwrap_or(u32::MAX);
-            let triangles = faces.iter().map(|face| face.map(narrow)).collect();
-            Scene::new(vertices, triangles)
-        })?;
-        Ok(Self {
-            scene: RwLock::new(scene),
-            cache: SceneCache::default(),
-            bvh: Mutex::new(None),
-        })
-    }
-
-    #[getter]
-    fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        array_of_points(self.read().vertices()).to_pyarray(py)
-    }
-
-    #[getter]
-    fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
-        let scene = self.read();
-        let triangles = scene.triangles();
-        Array2::from_shape_fn((triangles.len(), 3), |(row, i)| triangles[row][i]).to_pyarray(py)
-    }
-
-    #[getter]
-    fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let (low, high) = self.read().bounds();
-        array_of_points(&[low, high]).to_pyarray(py)
-    }
-
-    #[getter]
-    fn triangle_count(&self) -> usize {
-        self.read().triangles().len()
-    }
-
-    #[getter]
-    fn degenerate_count(&self) -> usize {
-        self.read().degenerate_count()
-    }
-
-    fn update_vertices(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<()> {
-        check_process()?;
-        let vertices = points("vertices", &vertices)?;
-        py.detach(|| {
-            let mut scene = self
-                .scene
-                .write()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-            scene.update_vertices(vertices)
-        })?;
-        Ok(())
-    }
-}
-
-#[pyclass(name = "Camera", module = "lixel._core", frozen)]
-struct PyCamera(Camera);
-
-#[pymethods]
-impl PyCamera {
-    #[new]
-    fn new(
-        pose: PyReadonlyArray2<f64>,
-        focal: (f64, f64),
-        centre: (f64, f64),
-        size: (u32, u32),
-        depth_range: (f64, f64),
-    ) -> PyResult<Self> {
-        let pose = pose.as_array();
-        if pose.dim() != (4, 4) {
-            return Err(PyValueError::new_err(format!(
-                "camera pose must have shape (4, 4), got {:?}",
-                pose.dim()
-            )));
-        }
-        let columns: Vec<f64> = pose.t().iter().copied().collect();
-        Ok(Self(Camera::new(
-            DMat4::from_cols_slice(&columns),
-            DVec2::from(focal),
-            DVec2::from(centre),
-            size,
-            depth_range,
-        )?))
-    }
-}
-
-#[pyclass(name = "Light", module = "lixel._core", frozen)]
-struct PyLight(Light);
-
-#[pymethods]
-impl PyLight {
-    #[staticmethod]
-    fn directional(direction: PyReadonlyArray1<f64>) -> PyResult<Self> {
-        Ok(Self(Light::directional(vector("direction", &direction)?)?))
-    }
-
-    #[staticmethod]
-    fn point(position: PyReadonlyArray1<f64>) -> PyResult<Self> {
-        Ok(Self(Light::point(vector("position", &position)?)?))
-    }
-
-    #[staticmethod]
-    fn spot(
-        position: PyReadonlyArray1<f64>,
-        direction: PyReadonlyArray1<f64>,
-        outer: f64,
-    ) -> PyResult<Self> {
-        let position = vector("position", &position)?;
-        let direction = vector("direction", &direction)?;
-        Ok(Self(Light::spot(position, direction, outer)?))
-    }
-
-    #[staticmethod]
-    fn hemisphere(position: PyReadonlyArray1<f64>, axis: PyReadonlyArray1<f64>) -> PyResult<Self> {
-        let position = vector("position", &position)?;
-        Ok(Self(Light::hemisphere(position, vector("axis", &axis)?)?))
-    }
-}
-
-fn vector(name: &str, array: &PyReadonlyArray1<f64>) -> PyResult<DVec3> {
-    let array = array.as_array();
-    if array.len() != 3 {
-        return Err(PyValueError::new_err(format!(
-            "light {name} must have shape (3,), got ({},)",
-            array.len()
-        )));
-    }
-    Ok(DVec3::new(array[0], array[1], array[2]))
-}
-
-fn value_to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
-    Ok(match value {
-        Value::None => py.None(),
-        Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any().unbind(),
-        Value::Int(value) => value.into_pyobject(py)?.into_any().unbind(),
-        Value::Float(value) => value.into_pyobject(py)?.into_any().unbind(),
-        Value::Text(value) => value.into_pyobject(py)?.into_any().unbind(),
-        Value::Array(array) => {
-            let shape = (array.rows, array.columns);
-            image(py, shape, array.values.to_vec()).into_any().unbind()
-        }
-        Value::Matrix(value) => value.to_vec().into_pyobject(py)?.unbind(),
-        // No default has any.
-        Value::Maps(_) => py.None(),
-    })
-}
-
-fn value_from_python(name: &str, value: &Bound<PyAny>) -> PyResult<Value> {
-    if value.is_none() {
-        Ok(Value::None)
-    } else if value.is_instance_of::<PyBool>() {
-        Ok(Value::Bool(value.extract()?))
-    } else if value.is_instance_of::<PyInt>() {
-        // What does not fit is beyond every limit.
-        Ok(Value::Int(value.extract().unwrap_or(i64::MAX)))
-    } else if value.is_instance_of::<PyFloat>() {
-        Ok(Value::Float(value.extract()?))
-    } else if value.is_instance_of::<PyString>() {
-        Ok(Value::Text(value.extract()?))
-    } else if let Ok(array) = value.extract::<PyReadonlyArray2<f32>>() {
-        let array = array.as_array();
-        Ok(Value::Array(Array {
-            rows: array.nrows(),
-            columns: array.ncols(),
-            values: array.iter().copied().collect(),
-        }))
-    } else if let Ok(matrix) = value.extract::<[[f64; 4]; 4]>() {
-        let rows = matrix.as_flattened().try_into();
-        Ok(Value::Matrix(Box::new(rows.expect("16 numbers"))))
-    } else if let Ok((importance, matrices)) =
-        value.extract::<(PyReadonlyArray3<f32>, PyReadonlyArray3<f64>)>()
-    {
-        old_maps(name, &importance, &matrices)
-    } else {
-        Err(PyTypeError::new_err(format!(
-            "{name} must be a number, a string, an array or None, got {}",
-            value.get_type().name()?
-        )))
-    }
-}
-
-/// The layers of a frame: importance maps, and matrices from the world.
-fn old_maps(
-    name: &str,
-    importance: &PyReadonlyArray3<f32>,
-    matrices: &PyReadonlyArray3<f64>,
-) -> PyResult<Value> {
-    let (importance, matrices) = (importance.as_array(), matrices.as_array());
-    let (layers, rows, columns) = importance.dim();
-    if matrices.dim() != (layers, 4, 4) {
-        return Err(PyValueError::new_err(format!(
-            "{name} must have a matrix for each of {layers} maps, got shape {:?}",
-            matrices.dim()
-        )));
-    }
-    let maps = importance.outer_iter().zip(matrices.outer_iter());
-    let maps = maps.map(|(importance, matrix)| OldMap {
-        importance: Array {
-            rows,
-            columns,
-            values: importance.iter().copied().collect(),
-        },
-        map_from_world: DMat4::from_cols_slice(&matrix.t().iter().copied().collect::<Vec<_>>()),
-    });
-    Ok(Value::Maps(maps.collect()))
-}
-
-#[pyfunction]
-fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
-    Method::list()
-        .iter()
-        .map(|method| {
-            let parameters = PyDict::new(py);
-            for (name, value) in &method.parameters {
-                parameters.set_item(name, value_to_python(py, value)?)?;
-            }
-            let description = PyDict::new(py);
-            description.set_item("name", method.name)?;
-            description.set_item("title", method.title)?;
-            description.set_item("citation", method.citation)?;
-            description.set_item("parameters", parameters)?;
-            Ok(description)
-        })
-        .collect()
 }
 
 #[pyfunction]
@@ -502,18 +204,6 @@ fn render_visibility<'py>(
     let shape = (lights.len(), camera.height as usize, camera.width as usize);
     let images = Array3::from_shape_vec(shape, visibility).expect("an image for each light");
     Ok(PyArray3::from_owned_array(py, images))
-}
-
-fn method_from_python(name: &str, parameters: &Bound<PyDict>) -> PyResult<Method> {
-    let parameters = parameters
-        .iter()
-        .map(|(name, value)| {
-            let name: String = name.extract()?;
-            let value = value_from_python(&name, &value)?;
-            Ok((name, value))
-        })
-        .collect::<PyResult<Parameters>>()?;
-    Ok(Method::new(name, parameters)?)
 }
 
 #[pyfunction]
@@ -726,7 +416,9 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<PyScene>()?;
     module.add_class::<PyCamera>()?;
     module.add_class::<PyLight>()?;
-    module.add_function(wrap_pyfunction!(methods, module)?)?;
+    module.add_function(wrap_pyfunction!(parameters::methods, module)?)?;
+    module.add_function(wrap_pyfunction!(parameters::parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(parameters::check_parameters, module)?)?;
     module.add_function(wrap_pyfunction!(labels, module)?)?;
     module.add_function(wrap_pyfunction!(render, module)?)?;
     module.add_function(wrap_pyfunction!(render_visibility, module)?)?;

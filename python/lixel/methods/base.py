@@ -1,0 +1,199 @@
+"""What methods share: the check of parameters, and the parameters of every shadow map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, TypeAlias
+
+from .. import _core
+from ..light import LIGHTS, Light
+
+Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
+Rasterization: TypeAlias = Literal["exact", "linear"]
+Lookup: TypeAlias = Literal["auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
+Space: TypeAlias = Literal["warped", "unwarped"]
+
+
+class Checked:
+    """Parameters in the fields of a frozen dataclass, checked by the rules that the core declares.
+
+    The class has the fields' types and their meaning; tests hold them to `lixel._core.parameters`.
+    """
+
+    name: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        for name, value in _core.check_parameters(self.name, self.parameters()).items():
+            object.__setattr__(self, name, value)
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Pcf(Checked):
+    """Percentage closer filtering: ``lookup=Pcf(...)`` of any method that looks up a shadow map.
+
+    The visibility of a receiver is the share of depth tests that find it lit, in [0, 1], over
+    points that cover a disc around it evenly:
+
+    .. math:: v = \\frac{1}{n} \\sum_{i=1}^{n} \\mathrm{lit}(p + r s_i)
+
+    Each is a ``"depth"`` lookup in the texel that the point falls in, on that texel's own ray. With
+    the automatic bias the receiver's plane is evaluated there, so that a plane never shadows
+    itself. Points off the layer (the map's border, the edge of a cube's face, the end of a cascade)
+    are left out of the mean; a receiver off the map is lit, as in every lookup.
+
+    Limits: where surfaces meet, the disc of one takes in texels of the other, which may be before
+    its plane: a dark line along concave edges, as wide as the disc. The map of
+    `SceneOptimized` holds no more than what is in shadow, and the lit half of a penumbra only with
+    ``samples="facing"``. All points have the same
+    weight, so that a penumbra ends where the radius says; Rosen weighs and jitters them.
+
+    Parameters
+    ----------
+    radius : float
+        Of the disc, in texels of the map as it is stored (``"warped"``), or in world units across
+        the receiver's light ray (``"unwarped"``). The penumbra of a straight edge is twice as wide.
+        0: the ``"depth"`` lookup.
+    samples : int
+        Points in the disc, from 1 to 1024. There are as many steps between lit and shadow.
+    space : {"warped", "unwarped"}
+        ``"warped"``: shadow edges are antialiased, and sharper where a warp spends more texels.
+        ``"unwarped"``: soft edges, equally wide whatever the map; each point is warped by itself.
+
+    Raises
+    ------
+    TypeError
+        A parameter of the wrong kind.
+    ValueError
+        A value out of range; the message names the parameter, the rule and the value.
+
+    References
+    ----------
+    W. Reeves, D. Salesin, R. Cook, "Rendering antialiased shadows with depth maps", SIGGRAPH 1987;
+    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 6.2.
+
+    Examples
+    --------
+    >>> soft = RectilinearWarp(lookup=Pcf(radius=0.1, samples=32, space="unwarped"))
+    >>> soft.lookup.samples
+    32
+    """
+
+    name: ClassVar[str] = "pcf"
+
+    radius: float = 2.0
+    samples: int = 16
+    space: Space = "warped"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShadowMethod(Checked):
+    """What all methods share."""
+
+    lights: ClassVar[tuple[type[Light], ...]] = LIGHTS
+    """The kinds of light that the method is made for."""
+
+    def takes(self, light: Light) -> bool:
+        """Whether the method, with its parameters, is made for the light."""
+        return isinstance(light, self.lights)
+
+    @property
+    def spelling(self) -> str:
+        """What `method_from` calls it: its name, or a composition such as ``"cube+notw"``."""
+        return self.name
+
+    @property
+    def map_resolution(self) -> int | None:
+        """Texels along each side of the map, None where a method has no map."""
+        return self.parameters().get("resolution")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShadowMapMethod(ShadowMethod):
+    """What the methods share that look up a depth in a shadow map.
+
+    Parameters
+    ----------
+    resolution : int
+        Texels along each side of the map.
+    rasterization : {"exact", "linear"}
+        How casters become texels.
+
+        - ``"exact"``: each texel takes its own light ray through projection and warp.
+        - ``"linear"``: as published (Rosen, 6.1): corners are projected and warped, edges between
+          them are straight in the map, depths are interpolated along them. It is right where a
+          projection keeps lines and nothing is warped; a paraboloid ends at its rim, and around a
+          light casters nearer than 2^-16 of the farthest are left out.
+    tessellation : float, optional
+        For ``"linear"``: triangles are split at the middles of their edges until no edge in the map
+        is longer than this share of its side; 0.05, 0.025 and 0.01 are the paper's. Where two
+        functions of `NonOrthogonalWarp` part, which no splitting mends, an edge of a function's
+        width may stay longer. None: not at all. More pieces than the device has room for are a
+        `DeviceError`.
+    lookup : {"auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
+        How a receiver is compared with the map.
+
+        - ``"depth"``: with the depth in its texel.
+        - ``"triangle"``: the receiver's own light ray is tested against the triangles stored in the
+          3 x 3 texels around it (or in one, or in 5 x 5). There is no false shadow; a caster that
+          none of these texels saw is missed, as many are where triangles are smaller than texels.
+        - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if nine tenths of the depth
+          tests around say so, weighed bilinearly, and four of the nine; six tenths where most
+          texels hold a nearer triangle and each another. That finds casters smaller than a texel.
+          ``"auto_5x5"`` asks the triangles of 5 x 5, too.
+        - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
+    bias : {"auto", "constant", "slope", "receiver_plane"}
+        How far a receiver may lie behind the depth of its texel and still be lit.
+
+        - ``"constant"``: `constant_bias` everywhere.
+        - ``"slope"``: `constant_bias`, and `slope_bias` times the texel's width times the slope of
+          the receiver against the light.
+        - ``"receiver_plane"``: the receiver's plane is evaluated on the texel's own ray, so that a
+          plane never shadows itself; `constant_bias` on top.
+        - ``"auto"``: the receiver's plane, the width of a texel and a bound of the rounding errors;
+          `constant_bias` and `slope_bias` are not read.
+    constant_bias : float, optional
+        In world units along the light's ray. None: the width of one texel for ``"constant"``, 0 for
+        the others.
+    slope_bias : float
+        In texel widths per unit of slope; only ``bias="slope"`` reads it.
+
+    Raises
+    ------
+    TypeError
+        An unknown parameter, or one of the wrong kind.
+    ValueError
+        A value out of range; the message names the parameter, the rule and the value.
+    """
+
+    resolution: int = 1024
+    rasterization: Rasterization = "exact"
+    tessellation: float | None = None
+    lookup: Lookup | Pcf = "auto"
+    bias: Bias = "auto"
+    constant_bias: float | None = None
+    slope_bias: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxMethod(ShadowMapMethod):
+    """What the methods share whose maps are boxes around receivers, along axes of the light.
+
+    Parameters
+    ----------
+    snap : bool
+        Texel snapping, against the flicker of shadow edges while the camera moves: texels are a
+        power of the fourth root of 2 wide, up to 1.19 times as wide as they must be, and lie on a
+        grid that only the light moves.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    M. Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008.
+    """
+
+    snap: bool = False

@@ -1,0 +1,161 @@
+"""Maps whose texels are all alike, and cascades of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal, TypeAlias
+
+from .base import BoxMethod, ShadowMapMethod
+
+Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic", "uniform"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uniform(ShadowMapMethod):
+    """One map over all casters, each texel as large as the next.
+
+    The light's orthographic box holds every triangle of the scene, so the map does not depend on
+    the camera. With ``x, y`` across and ``z`` along the light, texel and depth of a point are
+
+    .. math:: u = r (x - x_0) / (x_1 - x_0), \\quad v = r (y - y_0) / (y_1 - y_0), \\quad
+              d = (z - z_0) / (z_1 - z_0)
+
+    where the box is the scene's, turned as that of `DesiredView`, and ``r`` the resolution. A
+    receiver is in shadow where its depth exceeds the one stored in its texel by more than the bias.
+
+    Limits: most texels fall where no pixel looks; in a large scene a texel spans many pixels and
+    shadow edges turn into stairs.
+
+    Parameters are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    L. Williams, "Casting curved shadows on curved surfaces", SIGGRAPH 1978.
+
+    Examples
+    --------
+    >>> Uniform(resolution=2048).parameters()["resolution"]
+    2048
+    """
+
+    name: ClassVar[str] = "uniform"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesiredView(BoxMethod):
+    """One map over what the camera sees lit: the box of the receivers that face the light.
+
+    As `Uniform`, but the box across the light holds only the visible receivers that face the light
+    (all others are in shadow without a map), found from the visibility buffer. No texel lies
+    outside what is seen, and casters that can reach no receiver are left out:
+
+    .. math:: x_0 = \\min_i x_i, \\quad x_1 = \\max_i x_i \\quad \\text{over receivers } i,
+
+    likewise ``y``; depth is the receivers', reached back to the light. Around the light's direction
+    the map is turned so that its rows and columns lie across the edges of the scene, as far as the
+    scene's box does not grow too much: a triangle that is thinner than a texel and lies along a row
+    is seen by all of its texels or by none. This depends on light and scene, not on the camera.
+
+    Limits: within the box texels are still uniform, so that near receivers get too few when far
+    ones widen the box; the map moves with the camera, and its texels flicker unless they snap.
+
+    Parameters are those of `BoxMethod`.
+
+    References
+    ----------
+    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 5
+    (desired view); S. Brabec, T. Annen, H.-P. Seidel, "Practical shadow mapping", Journal of
+    Graphics Tools 7(4), 2002.
+
+    Examples
+    --------
+    >>> DesiredView().name
+    'desired_view'
+    """
+
+    name: ClassVar[str] = "desired_view"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MinimalShadowMap(ShadowMapMethod):
+    """One map over the smallest rectangle around the visible receivers that face the light.
+
+    As `DesiredView`, and turned around the light's direction: the convex hull of the receivers
+    across the light gives the smallest rectangle that holds them, one of whose sides lies along an
+    edge of the hull (rotating calipers):
+
+    .. math:: \\min_{\\varphi} \\; w(\\varphi) \\, w(\\varphi + \\pi/2), \\quad
+              w(\\varphi) = \\max_i \\langle p_i, e_\\varphi \\rangle
+              - \\min_i \\langle p_i, e_\\varphi \\rangle.
+
+    The near plane reaches every caster before them, the far
+    plane is the last receiver's.
+
+    Limits: those of `DesiredView`; the map turns as the camera moves.
+
+    Parameters are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    M. Stamminger, G. Drettakis, "Perspective shadow maps", SIGGRAPH 2002; with rotating calipers T.
+    Milet, J. Navrátil, P. Zemčík, WSCG 2015, section 3.2.
+
+    Examples
+    --------
+    >>> method_from("min_sm+notw") == NonOrthogonalWarp(fit="min_sm")
+    True
+    """
+
+    name: ClassVar[str] = "min_sm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cascades(BoxMethod):
+    """The view is cut into slabs of depth, each with a map over the box of its receivers.
+
+    With z from the near to the far end of what is split, slab i of m ends at
+
+    .. math:: z_i = \\lambda \\, z_n (z_f / z_n)^{i / m}
+              + (1 - \\lambda) (z_n + (z_f - z_n) \\, i / m)
+
+    Limits: each layer is drawn on its own, and has `resolution` texels along each side: four layers
+    of half the resolution have the texels of one map. The faces of a cube around a point light are
+    not split.
+
+    Parameters
+    ----------
+    layers : int
+        Slabs, from 1 to 8; one that holds no receiver is left out.
+    splits : {"receivers", "quantiles", "practical", "logarithmic", "uniform"}
+        Where the slabs end. Between the camera's near plane and the end of the scene: lambda 0
+        (``"uniform"``), 1 (``"logarithmic"``) or `weight` (``"practical"``). Between the nearest
+        and the farthest receiver that faces the light, lambda 1 (``"receivers"``). With as many
+        receivers in each (``"quantiles"``).
+    weight : float
+        Lambda of ``"practical"``, from 0 to 1.
+    sample_resolution : int
+        Pixels looked at along the longer side of the image, where the receivers are asked.
+    snap : bool
+        Texel snapping, see `BoxMethod`, of every layer; slabs that the receivers bound end at
+        powers of the fourth root of 2, in units of the world.
+
+    The others are those of `ShadowMapMethod`.
+
+    References
+    ----------
+    F. Zhang, H. Sun, L. Xu, L. K. Lun, "Parallel-split shadow maps for large-scale virtual
+    environments", VRCIA 2006; A. Lauritzen, M. Salvi, A. Lefohn, "Sample distribution shadow maps",
+    I3D 2011.
+
+    Examples
+    --------
+    >>> Cascades(layers=3, splits="practical").weight
+    0.5
+    """
+
+    name: ClassVar[str] = "cascades"
+
+    layers: int = 4
+    splits: Splits = "receivers"
+    weight: float = 0.5
+    sample_resolution: int = 180

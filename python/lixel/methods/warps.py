@@ -1,0 +1,253 @@
+"""Methods that warp a fitted map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..light import Light
+from .base import BoxMethod
+from .omnidirectional import Cube, DualParaboloid, Spot
+
+Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
+Fit: TypeAlias = Literal[
+    "desired_view",
+    "min_sm",
+    "principal_axes",
+    "lispsm",
+    "scene_optimized",
+    "cube",
+    "dual_paraboloid",
+    "improved_paraboloid",
+    "spot",
+]
+
+_LIGHTS_OF_FITS: dict[str, tuple[type[Light], ...]] = {
+    method.name: method.lights for method in (Cube, DualParaboloid, Spot)
+}
+"""The kinds of light of those fits that are not for all of them."""
+
+
+class OldMaps(NamedTuple):
+    """What a warp keeps of the frame before: `WarpMethod.previous`."""
+
+    importance: npt.NDArray[np.float32]
+    """(layers, h, w): importance maps."""
+    matrices: npt.NDArray[np.float64]
+    """(layers, 4, 4): x and y from 0 to 1 in the map, depth and w, from a point in the world."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarpMethod(BoxMethod):
+    """What the warps share: a fit, and what receivers are worth.
+
+    Parameters
+    ----------
+    importance : str or sequence of str
+        A product of functions, ``"distance*normal"`` or ``("distance", "normal")``; each method
+        names those that it knows.
+
+        - ``"desired_view"`` (rtw) or ``"count"`` (notw): 1 for every receiver.
+        - ``"distance"`` (rtw): one over its distance along the viewing direction (Rosen, 5.2).
+        - ``"shadow_edge"``: 1 where the depth seen from the light differs by more than `edge_bias`
+          from that of one of the eight texels around, `edge_floor` elsewhere (5.3).
+        - ``"normal"``: 1 + `normal_bonus` times the cosine between normal and view (5.4).
+        - ``"boundary"``: `boundary_weight` for receivers within 4 to 8 pixels of the boundary of a
+          shadow, 1 elsewhere; a first pass without a warp finds the boundaries (after Chong and
+          Gortler). It mostly helps, and where the first pass misses the shadows it does harm.
+    normal_bonus : float
+        Rosen's beta.
+    analysis_resolution : int
+        Texels along each side of the light's depth image, and of the first pass's map.
+    edge_bias : float, optional
+        In world units along the light's ray. None: the width of two texels of the depth image.
+    edge_floor : float
+        Rosen's alpha, from 0 to 1.
+    boundary_weight : float
+        Of a receiver near a boundary.
+    pixel_weights : (H, W) array, optional
+        One more factor for each pixel of the image; finite, not negative.
+    map_weights : (h, w) array, optional
+        One more factor for each cell of a grid of any size over the fitted map (every layer's), row
+        0 at its top; finite, not negative.
+    importance_resolution : int
+        Cells along each side of the importance map.
+    fit : str
+        The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`;
+        ``"min_sm"`` turns it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
+        axes of the receivers. ``"lispsm"`` and ``"scene_optimized"`` are the maps of
+        `LightSpacePerspective` and `SceneOptimized`; ``"cube"``, ``"dual_paraboloid"``,
+        ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
+        of its receivers.
+    snap : bool
+        Texel snapping of the map that is warped, see `BoxMethod`; with the fits
+        ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``.
+    previous : Frame, optional
+        The frame before, of the same method: its importance maps are blended in, so that the warp
+        follows the view slowly (Rosen, 5.5). Each layer takes the old one that lay where it is;
+        what was not on that had no importance. Not for paraboloids. `lixel.flicker` finds no less
+        flicker with it.
+    blend : float
+        The part of the frame before, from 0 to 1.
+
+    The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays
+    and the frame before.
+    """
+
+    importance: str | Sequence[str]
+    normal_bonus: float = 2.0
+    analysis_resolution: int = 512
+    edge_bias: float | None = None
+    edge_floor: float = 0.001
+    boundary_weight: float = 20.0
+    pixel_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
+    map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
+    importance_resolution: int = 512
+    fit: Fit = "desired_view"
+    previous: Any = field(default=None, compare=False, repr=False)
+    blend: float = 0.5
+
+    def takes(self, light: Light) -> bool:
+        """Whether the method, with its parameters, is made for the light."""
+        return isinstance(light, _LIGHTS_OF_FITS.get(self.fit, self.lights))
+
+    @property
+    def spelling(self) -> str:
+        """What `method_from` calls it: its name, or a composition such as ``"cube+notw"``."""
+        return self.name if self.fit == "desired_view" else f"{self.fit}+{self.name}"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "previous", _old_maps(type(self), self.previous))
+        super().__post_init__()
+
+
+def _old_maps(method: type[WarpMethod], previous: Any) -> Any:
+    """Of a frame; None where the frame had no layer, anything else as it is."""
+    of_frame = getattr(previous, "method", None)
+    if of_frame is None:
+        return previous
+    if type(of_frame) is not method:
+        raise ValueError(
+            f"previous must be a frame of the method {method.name!r}, got {of_frame.spelling!r}"
+        )
+    if len(previous.importance_map) == 0:
+        return None
+    sides = np.array([1.0 / of_frame.resolution, 1.0 / of_frame.resolution, 1.0, 1.0])
+    return OldMaps(previous.importance_map, previous.light_matrix * sides[:, None])
+
+
+@dataclass(frozen=True, kw_only=True)
+class RectilinearWarp(WarpMethod):
+    """The desired view's map with its rows and columns moved apart where it matters.
+
+    An importance map over the desired view's map takes, in each cell, the greatest importance of
+    the receivers in it. The maxima of its rows and of its columns, blurred, share out the texels:
+
+    .. math:: x' = \\sum_{j < k} I_j / \\sum_{j} I_j \\quad \\text{at the boundary of cell } k
+
+    (Eq. 1), linear in between. Rasterization is exact: each texel takes its own light ray.
+
+    Limits: what is important in one row makes the columns that it spans important in every row.
+
+    Parameters
+    ----------
+    importance : str or sequence of str
+        A product of ``"desired_view"``, ``"distance"``, ``"normal"``, ``"shadow_edge"`` and
+        ``"boundary"``, see `WarpMethod`.
+    analysis : {"backward", "forward", "hybrid"}
+        Where importance comes from (4.1): the receivers; the light's depth image, which cannot tell
+        ``"boundary"`` nor `pixel_weights`; or the receivers with ``"shadow_edge"`` from the light.
+    blur : float
+        Standard deviation of the Gaussian blur of the maxima, in cells.
+
+    The others are those of `WarpMethod`.
+
+    References
+    ----------
+    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012.
+
+    Examples
+    --------
+    >>> RectilinearWarp(importance="distance*normal").normal_bonus
+    2.0
+    """
+
+    name: ClassVar[str] = "rtw"
+
+    importance: str | Sequence[str] = "distance"
+    analysis: Analysis = "backward"
+    blur: float = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class NonOrthogonalWarp(WarpMethod):
+    """The desired view's map with the receivers spread evenly over its texels.
+
+    The receivers are counted in cells of the desired view's map. Each row gets a function that
+    equalizes its histogram, from the prefix sums of its counts:
+
+    .. math:: x' = X_i(x) = g_i(x) / N_i
+
+    (Eq. 1-5). The receivers are counted again where the rows' functions put them, and each column
+    gets its function :math:`Y_j(y)` in the same way; :math:`i = \\lfloor y w \\rfloor`,
+    :math:`j = \\lfloor x' w \\rfloor` (Eq. 6). Rasterization is exact: each texel takes its own
+    light ray.
+
+    Beyond the papers, rows share functions, `function_count` in all: where neighbouring functions
+    differ, texels are torn. Counts are taken to the power `exponent` and a part of each function,
+    `even_share`, is the identity. Of ``n`` pixels that share ``s`` texels, from ``n s**(-1/2)``
+    (depth tests) to ``n / s`` (triangles) are wrong along edges, which is least in total for ``s``
+    in proportion to ``n**(2/3)`` or ``n**(1/2)``; equal counts take too much from what is thinly
+    covered.
+
+    Limits: where neighbouring functions differ much the map is torn. The lookup goes on across a
+    tear, at the nearest texel there; what a texel on the tear itself sees is of one side alone. The
+    analysis and the rasterization take longer than those of `RectilinearWarp`.
+
+    Parameters
+    ----------
+    importance : str or sequence of str
+        A product of ``"count"``, ``"normal"``, ``"shadow_edge"`` and ``"boundary"``, see
+        `WarpMethod`: what each receiver counts.
+    importance_resolution : int
+        Cells along each side of the map where receivers are counted, and of each function.
+    function_count : int, optional
+        Functions along each axis. The papers' is `importance_resolution`, which is also the most.
+        None: 16, or as many as there are cells; all with ``rasterization="linear"``, whose straight
+        edges come near the warp's only where neighbouring functions are alike. More
+        leave fewer wrong pixels and take longer; a larger map wins more for the time.
+    smoothing : float, optional
+        Standard deviation, in cells, of the weighted average of counts among neighbouring rows
+        (columns). None: a thirty-second of `importance_resolution`, less the rows that share a
+        function.
+    exponent : float
+        From 0 to 1: the power of its count that a cell is worth. 1 is the papers'; less of it gives
+        more texels to what is thinly covered.
+    even_share : float
+        From 0 to 1: the part of each function that is the identity, so that nothing is squeezed
+        farther than to this part of its size. 0 is the papers'.
+
+    The others are those of `WarpMethod`.
+
+    References
+    ----------
+    T. Milet, J. Navrátil, P. Zemčík, "An improved non-orthogonal texture warping for better shadow
+    rendering", WSCG 2015; J. Navrátil's doctoral thesis, chapter 5.
+
+    Examples
+    --------
+    >>> NonOrthogonalWarp(smoothing=8).smoothing
+    8.0
+    """
+
+    name: ClassVar[str] = "notw"
+
+    importance: str | Sequence[str] = "count"
+    function_count: int | None = None
+    smoothing: float | None = None
+    exponent: float = 0.5
+    even_share: float = 0.1

@@ -1,0 +1,377 @@
+//! What a parameter is: its name, its rule, its default and its unit, declared once as data.
+//!
+//! A rule checks a value and words its own error. Python's classes hold fields and docstrings; their
+//! values are checked here too, so that both entries refuse the same values in the same words.
+
+use crate::error::{Error, Result};
+use crate::gpu::passes::lookup::Filter;
+use glam::DMat4;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+/// A parameter of a method.
+pub struct Parameter {
+    pub name: &'static str,
+    pub rule: Rule,
+    /// What it is where it is left out; where this is `None` the parameter may be `None`.
+    pub default: Value,
+    /// Empty where it has none.
+    pub unit: &'static str,
+}
+
+/// What the values of a parameter must be.
+#[derive(Clone, Copy)]
+pub enum Rule {
+    Flag,
+    /// A whole number from 1.
+    Count {
+        max: u32,
+    },
+    /// A finite number from 0, or above it, to `max`.
+    Number {
+        is_above_zero: bool,
+        max: f64,
+    },
+    /// One of a few words.
+    Choice(&'static dyn Words),
+    /// One of a few words, or a filter.
+    Lookup(&'static dyn Words),
+    /// A product of words, `"a*b"`.
+    Product(&'static [&'static str]),
+    /// An array of weights.
+    Weights,
+    Matrix,
+    Maps,
+}
+
+/// Words, each with what it stands for.
+pub type Choices<T> = &'static [(&'static str, T)];
+
+/// The words of a choice, whatever they stand for.
+pub trait Words: Sync {
+    fn words(&self) -> Vec<&'static str>;
+}
+
+impl<T: Sync> Words for Choices<T> {
+    fn words(&self) -> Vec<&'static str> {
+        self.iter().map(|(word, _)| *word).collect()
+    }
+}
+
+pub const NON_NEGATIVE: Rule = Rule::Number {
+    is_above_zero: false,
+    max: f64::INFINITY,
+};
+pub const POSITIVE: Rule = Rule::Number {
+    is_above_zero: true,
+    max: f64::INFINITY,
+};
+pub const FRACTION: Rule = Rule::Number {
+    is_above_zero: false,
+    max: 1.0,
+};
+pub const POSITIVE_FRACTION: Rule = Rule::Number {
+    is_above_zero: true,
+    max: 1.0,
+};
+
+/// Beyond this a map's texels would not count in 32 bits.
+pub const MAX_RESOLUTION: u32 = 32768;
+
+pub const fn flag(name: &'static str, default: bool) -> Parameter {
+    let default = Value::Bool(default);
+    parameter(name, Rule::Flag, default, "")
+}
+
+pub const fn count(
+    name: &'static str,
+    default: Option<u32>,
+    max: u32,
+    unit: &'static str,
+) -> Parameter {
+    let default = match default {
+        Some(value) => Value::Int(value as i64),
+        None => Value::None,
+    };
+    parameter(name, Rule::Count { max }, default, unit)
+}
+
+pub const fn number(
+    name: &'static str,
+    default: Option<f64>,
+    rule: Rule,
+    unit: &'static str,
+) -> Parameter {
+    let default = match default {
+        Some(value) => Value::Float(value),
+        None => Value::None,
+    };
+    parameter(name, rule, default, unit)
+}
+
+pub const fn word(name: &'static str, default: &'static str, rule: Rule) -> Parameter {
+    parameter(name, rule, Value::Text(Cow::Borrowed(default)), "")
+}
+
+pub const fn parameter(
+    name: &'static str,
+    rule: Rule,
+    default: Value,
+    unit: &'static str,
+) -> Parameter {
+    Parameter {
+        name,
+        rule,
+        default,
+        unit,
+    }
+}
+
+/// A value of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    None,
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    Text(Cow<'static, str>),
+    Filter(Filter),
+    Array(Array),
+    Matrix(DMat4),
+    Maps(Arc<[OldMap]>),
+}
+
+/// What a layer of the frame before leaves to the next one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OldMap {
+    pub importance: Array,
+    /// (x, y, depth, w) from a point in the world, x and y from 0 to 1 in the map.
+    pub map_from_world: DMat4,
+}
+
+/// Numbers in rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    pub rows: usize,
+    pub columns: usize,
+    pub values: Arc<[f32]>,
+}
+
+/// Why a value is refused.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    /// It is of the wrong kind.
+    Kind,
+    /// It is of the right kind and out of range.
+    Range,
+    /// This part of it is.
+    RangeOf(String),
+}
+
+impl Fault {
+    fn unless(holds: bool) -> Result<(), Self> {
+        if holds { Ok(()) } else { Err(Self::Range) }
+    }
+}
+
+impl Parameter {
+    pub fn is_optional(&self) -> bool {
+        self.default == Value::None
+    }
+
+    /// The value as the parameter keeps it: an integer as a number where a number is asked for.
+    pub fn check(&self, value: Value) -> Result<Value, Fault> {
+        match (self.rule, value) {
+            (_, Value::None) if self.is_optional() => Ok(Value::None),
+            (Rule::Flag, Value::Bool(flag)) => Ok(Value::Bool(flag)),
+            (Rule::Count { max }, Value::Int(count)) => {
+                Fault::unless((1..=i64::from(max)).contains(&count))?;
+                Ok(Value::Int(count))
+            }
+            (Rule::Number { .. }, Value::Int(number)) => self.check(Value::Float(number as f64)),
+            (Rule::Number { is_above_zero, max }, Value::Float(number)) => {
+                let is_large_enough = number > 0.0 || (number == 0.0 && !is_above_zero);
+                Fault::unless(number.is_finite() && is_large_enough && number <= max)?;
+                Ok(Value::Float(number))
+            }
+            (Rule::Choice(known) | Rule::Lookup(known), Value::Text(text)) => {
+                Fault::unless(known.words().contains(&&*text))?;
+                Ok(Value::Text(text))
+            }
+            (Rule::Lookup(_), Value::Filter(filter)) => Ok(Value::Filter(filter)),
+            (Rule::Product(known), Value::Text(text)) => {
+                let factors: Vec<_> = text.split('*').map(str::trim).collect();
+                if let Some(unknown) = factors.iter().find(|factor| !known.contains(factor)) {
+                    return Err(Fault::RangeOf(format!("'{unknown}'")));
+                }
+                let own = known.iter().copied().filter(|word| factors.contains(word));
+                Ok(Value::Text(own.collect::<Vec<_>>().join("*").into()))
+            }
+            (Rule::Weights, Value::Array(array)) => {
+                array.check()?;
+                Ok(Value::Array(array))
+            }
+            (Rule::Matrix, Value::Matrix(matrix)) => {
+                Fault::unless(matrix.is_finite())?;
+                Ok(Value::Matrix(matrix))
+            }
+            (Rule::Maps, Value::Maps(maps)) => {
+                for map in maps.iter() {
+                    map.importance.check()?;
+                    Fault::unless(map.map_from_world.is_finite())?;
+                }
+                Ok(Value::Maps(maps))
+            }
+            _ => Err(Fault::Kind),
+        }
+    }
+
+    /// The error of a value that `check` refused.
+    pub fn error(&self, fault: Fault, got: &str) -> Error {
+        let (kind, got): (fn(String) -> Error, _) = match fault {
+            Fault::Kind => (Error::Type, got.to_string()),
+            Fault::Range => (Error::Value, got.to_string()),
+            Fault::RangeOf(part) => (Error::Value, part),
+        };
+        kind(format!("{} must be {self}, got {got}", self.name))
+    }
+}
+
+/// What a value must be.
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let one_of = |words: &[&str]| format!("'{}'", words.join("', '"));
+        match self.rule {
+            Rule::Flag => write!(f, "True or False"),
+            Rule::Count { max } => write!(f, "a whole number of {} from 1 to {max}", self.unit),
+            Rule::Number { is_above_zero, max } => match (is_above_zero, max.is_finite()) {
+                (false, false) => write!(f, "a finite number, at least 0"),
+                (true, false) => write!(f, "a finite number above 0"),
+                (false, true) => write!(f, "a number from 0 to {max}"),
+                (true, true) => write!(f, "a number above 0 and at most {max}"),
+            },
+            Rule::Choice(known) => write!(f, "one of {}", one_of(&known.words())),
+            Rule::Lookup(known) => write!(f, "one of {} or a lixel.Pcf", one_of(&known.words())),
+            Rule::Product(known) => write!(f, "a product of {}", one_of(known)),
+            Rule::Weights => write!(f, "an array (h, w) of finite numbers, at least 0"),
+            Rule::Matrix => write!(f, "a frame or a finite matrix of shape (4, 4)"),
+            Rule::Maps => write!(f, "a frame with finite maps and matrices"),
+        }?;
+        if self.is_optional() {
+            write!(f, " or None")?;
+        }
+        Ok(())
+    }
+}
+
+impl Array {
+    /// Refuses what is no array of weights.
+    fn check(&self) -> Result<(), Fault> {
+        if self.values.is_empty() {
+            let (rows, columns) = (self.rows, self.columns);
+            return Err(Fault::RangeOf(format!("shape ({rows}, {columns})")));
+        }
+        let is_weight = |value: &&f32| value.is_finite() && **value >= 0.0;
+        match self.values.iter().find(|value| !is_weight(value)) {
+            Some(wrong) => Err(Fault::RangeOf(wrong.to_string())),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Parameters in groups that methods share.
+pub type Groups = &'static [&'static [Parameter]];
+
+/// The parameters of a method.
+#[derive(Clone, Copy)]
+pub struct Schema {
+    pub name: &'static str,
+    pub groups: Groups,
+}
+
+impl Schema {
+    pub fn parameters(self) -> impl Iterator<Item = &'static Parameter> {
+        self.groups.iter().copied().flatten()
+    }
+
+    pub fn parameter(self, name: &str) -> Result<&'static Parameter> {
+        let mut all = self.parameters();
+        all.find(|parameter| parameter.name == name).ok_or_else(|| {
+            let known: Vec<_> = self.parameters().map(|parameter| parameter.name).collect();
+            let (method, known) = (self.name, known.join(", "));
+            Error::Value(format!(
+                "'{method}' has the parameters {known}, got '{name}'"
+            ))
+        })
+    }
+
+    pub fn defaults(self) -> Parameters {
+        let all = self.parameters();
+        Parameters(
+            all.map(|known| (known.name, known.default.clone()))
+                .collect(),
+        )
+    }
+}
+
+/// A value for each parameter of a schema, by its rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters(BTreeMap<&'static str, Value>);
+
+impl Parameters {
+    /// `value` is one that `parameter` checked.
+    pub fn set(&mut self, parameter: &Parameter, value: Value) {
+        self.0.insert(parameter.name, value);
+    }
+
+    pub fn value(&self, name: &str) -> &Value {
+        &self.0[name]
+    }
+
+    pub fn get<T: Typed>(&self, name: &str) -> T {
+        T::typed(self.value(name))
+    }
+
+    /// What the parameter's word stands for.
+    pub fn choice<T: Copy>(&self, name: &str, choices: Choices<T>) -> T {
+        let word = self.get::<Cow<str>>(name);
+        let chosen = choices.iter().find(|(known, _)| *known == word);
+        chosen.expect("the rule has passed").1
+    }
+}
+
+/// What a value becomes once its rule has passed.
+pub trait Typed: Sized {
+    fn typed(value: &Value) -> Self;
+}
+
+macro_rules! typed {
+    ($($type:ty: $pattern:pat => $value:expr,)+) => {
+        $(impl Typed for $type {
+            fn typed(value: &Value) -> Self {
+                match value {
+                    $pattern => $value,
+                    other => unreachable!("{other:?} has passed the rule of another kind"),
+                }
+            }
+        })+
+    };
+}
+
+typed! {
+    bool: Value::Bool(value) => *value,
+    u32: Value::Int(value) => *value as u32,
+    f64: Value::Float(value) => *value,
+    Cow<'static, str>: Value::Text(value) => value.clone(),
+    Array: Value::Array(value) => value.clone(),
+    DMat4: Value::Matrix(value) => *value,
+    Arc<[OldMap]>: Value::Maps(value) => value.clone(),
+}
+
+impl<T: Typed> Typed for Option<T> {
+    fn typed(value: &Value) -> Self {
+        (*value != Value::None).then(|| T::typed(value))
+    }
+}

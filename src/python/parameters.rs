@@ -1,0 +1,264 @@
+//! Methods and their parameters: values are converted by the rules that `methods::schema` declares.
+
+use super::image;
+use crate::error::Error;
+use crate::gpu::passes::lookup::Filter;
+use crate::methods::Method;
+use crate::methods::parameters::{AUTO, FILTER};
+use crate::methods::schema::{Array, Fault, OldMap, Parameter, Parameters, Rule, Schema, Value};
+use glam::DMat4;
+use numpy::{PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::exceptions::PyOverflowError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use std::borrow::Cow;
+
+/// The parameters of a method, of `lookup=Pcf(...)` or of the choice of a method.
+fn schema_of(name: &str) -> Result<Schema, Error> {
+    match [FILTER, AUTO]
+        .into_iter()
+        .find(|schema| schema.name == name)
+    {
+        Some(schema) => Ok(schema),
+        None => Method::schema(name),
+    }
+}
+
+/// Every method with its parameters.
+#[pyfunction]
+pub fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
+    let describe = |method: &crate::methods::Description| {
+        let description = PyDict::new(py);
+        description.set_item("name", method.schema.name)?;
+        description.set_item("title", method.title)?;
+        description.set_item("citation", method.citation)?;
+        description.set_item("parameters", parameters(py, method.schema.name)?)?;
+        Ok(description)
+    };
+    Method::list().iter().map(describe).collect()
+}
+
+/// What the parameters of a method are.
+#[pyfunction]
+pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let describe = |parameter: &Parameter| {
+        let description = PyDict::new(py);
+        description.set_item("name", parameter.name)?;
+        description.set_item(
+            "default",
+            to_python(py, &parameter.default, py.None().bind(py))?,
+        )?;
+        description.set_item("unit", parameter.unit)?;
+        description.set_item("is_optional", parameter.is_optional())?;
+        description.set_item("must_be", parameter.to_string())?;
+        let (kind, choices) = match parameter.rule {
+            Rule::Flag => ("flag", vec![]),
+            Rule::Count { .. } => ("count", vec![]),
+            Rule::Number { .. } => ("number", vec![]),
+            Rule::Choice(known) => ("choice", known.words()),
+            Rule::Lookup(known) => ("lookup", known.words()),
+            Rule::Product(known) => ("product", known.to_vec()),
+            Rule::Weights => ("weights", vec![]),
+            Rule::Matrix => ("matrix", vec![]),
+            Rule::Maps => ("maps", vec![]),
+        };
+        description.set_item("rule", kind)?;
+        description.set_item("choices", choices)?;
+        let max = match parameter.rule {
+            Rule::Count { max } => Some(f64::from(max)),
+            Rule::Number { max, .. } if max.is_finite() => Some(max),
+            _ => None,
+        };
+        description.set_item("max", max)?;
+        Ok(description)
+    };
+    schema_of(method)?.parameters().map(describe).collect()
+}
+
+/// The values as the core keeps them; all rules of the method are asked.
+#[pyfunction]
+pub fn check_parameters<'py>(
+    py: Python<'py>,
+    method: &str,
+    values: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let schema = schema_of(method)?;
+    let checked = from_python(schema, values)?;
+    if ![FILTER.name, AUTO.name].contains(&method) {
+        Method::new(schema, &checked)?;
+    }
+    let result = PyDict::new(py);
+    for (name, given) in values {
+        let name: String = name.extract()?;
+        result.set_item(&name, to_python(py, checked.value(&name), &given)?)?;
+    }
+    Ok(result)
+}
+
+pub fn method_from_python(name: &str, values: &Bound<PyDict>) -> PyResult<Method> {
+    let schema = Method::schema(name)?;
+    Ok(Method::new(schema, &from_python(schema, values)?)?)
+}
+
+fn from_python(schema: Schema, values: &Bound<PyDict>) -> PyResult<Parameters> {
+    let mut parameters = schema.defaults();
+    for (name, value) in values {
+        let parameter = schema.parameter(&name.extract::<String>()?)?;
+        parameters.set(parameter, checked(parameter, &value)?);
+    }
+    Ok(parameters)
+}
+
+fn checked(parameter: &Parameter, value: &Bound<PyAny>) -> PyResult<Value> {
+    let converted = match (parameter.rule, value.is_none()) {
+        (_, true) => Ok(Value::None),
+        // Its own parameters have their own errors.
+        (Rule::Lookup(_), _) if !value.is_instance_of::<PyString>() => match filter(value)? {
+            Some(filter) => Ok(Value::Filter(filter)),
+            None => Err(Fault::Kind),
+        },
+        (rule, _) => converted(rule, value),
+    };
+    let checked = converted.and_then(|converted| parameter.check(converted));
+    Ok(checked.map_err(|fault| parameter.error(fault, &shown(value)))?)
+}
+
+/// A value as an error shows it.
+fn shown(value: &Bound<PyAny>) -> String {
+    let text = value.repr().map(|text| text.to_string());
+    match text {
+        Ok(text) if text.len() <= 80 && !text.contains('\n') => text,
+        _ => value.get_type().to_string(),
+    }
+}
+
+fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
+    let wrong_kind = |_| Fault::Kind;
+    match rule {
+        Rule::Flag => value.extract().map(Value::Bool).map_err(wrong_kind),
+        Rule::Count { .. } if value.extract::<bool>().is_ok() => Err(Fault::Kind),
+        Rule::Count { .. } => match value.extract() {
+            Ok(count) => Ok(Value::Int(count)),
+            Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(Fault::Range),
+            Err(_) => Err(Fault::Kind),
+        },
+        Rule::Number { .. } => {
+            let number = numbers(value, 0)?.extract().map_err(wrong_kind)?;
+            Ok(Value::Float(number))
+        }
+        Rule::Choice(_) | Rule::Lookup(_) => {
+            let text = value.extract::<String>().map_err(wrong_kind)?;
+            Ok(Value::Text(text.into()))
+        }
+        Rule::Product(_) => {
+            let factors = value
+                .extract::<Vec<String>>()
+                .map(|factors| factors.join("*"));
+            let text = value.extract().or(factors).map_err(wrong_kind)?;
+            Ok(Value::Text(Cow::Owned(text)))
+        }
+        Rule::Weights => {
+            let weights: PyReadonlyArray2<f64> =
+                numbers(value, 2)?.extract().map_err(|_| Fault::Kind)?;
+            let weights = weights.as_array();
+            let (rows, columns) = weights.dim();
+            let values = weights.iter().map(|&weight| weight as f32).collect();
+            Ok(Value::Array(Array {
+                rows,
+                columns,
+                values,
+            }))
+        }
+        Rule::Matrix => {
+            let matrix = numbers(value, 2)?;
+            let shape = matrix.getattr("shape").map_err(wrong_kind)?.to_string();
+            let rows = matrix.extract::<[[f64; 4]; 4]>();
+            let rows = rows.map_err(|_| Fault::RangeOf(format!("shape {shape}")))?;
+            Ok(Value::Matrix(DMat4::from_cols_array_2d(&rows).transpose()))
+        }
+        Rule::Maps => old_maps(value),
+    }
+}
+
+/// Real numbers in an array with so many axes, as float64.
+fn numbers<'py>(value: &Bound<'py, PyAny>, axes: usize) -> Result<Bound<'py, PyAny>, Fault> {
+    let py = value.py();
+    let numpy = py.import("numpy").map_err(|_| Fault::Kind)?;
+    // A ragged list is no array.
+    let array = numpy.call_method1("asarray", (value,));
+    let array = array.map_err(|_| Fault::RangeOf("a ragged list".to_string()))?;
+    let read = |array: &Bound<PyAny>| -> PyResult<(String, usize, String)> {
+        let kind = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        let axes = array.getattr("ndim")?.extract()?;
+        Ok((kind, axes, array.getattr("shape")?.to_string()))
+    };
+    let (kind, own_axes, shape) = read(&array).map_err(|_| Fault::Kind)?;
+    if !["f", "i", "u"].contains(&kind.as_str()) || (own_axes != axes && axes == 0) {
+        return Err(Fault::Kind);
+    }
+    if own_axes != axes {
+        return Err(Fault::RangeOf(format!("shape {shape}")));
+    }
+    let converted = array.call_method1("astype", ("float64",));
+    converted.map_err(|_| Fault::Kind)
+}
+
+/// A lixel.Pcf: whatever has the parameters of a filter as attributes.
+fn filter(value: &Bound<PyAny>) -> PyResult<Option<Filter>> {
+    let mut parameters = FILTER.defaults();
+    for parameter in FILTER.parameters() {
+        let Ok(part) = value.getattr(parameter.name) else {
+            return Ok(None);
+        };
+        parameters.set(parameter, checked(parameter, &part)?);
+    }
+    Ok(Some(Filter::from_parameters(&parameters)))
+}
+
+/// The layers of a frame: importance maps (layers, h, w), and matrices (layers, 4, 4) from the world.
+fn old_maps(value: &Bound<PyAny>) -> Result<Value, Fault> {
+    let parts: (PyReadonlyArray3<f32>, PyReadonlyArray3<f64>) =
+        value.extract().map_err(|_| Fault::Kind)?;
+    let (importance, matrices) = (parts.0.as_array(), parts.1.as_array());
+    let (layers, rows, columns) = importance.dim();
+    if matrices.dim() != (layers, 4, 4) {
+        let shape = matrices.dim();
+        return Err(Fault::RangeOf(format!("matrices of shape {shape:?}")));
+    }
+    let maps = importance.outer_iter().zip(matrices.outer_iter());
+    let maps = maps.map(|(importance, matrix)| OldMap {
+        importance: Array {
+            rows,
+            columns,
+            values: importance.iter().copied().collect(),
+        },
+        map_from_world: DMat4::from_cols_slice(&matrix.t().iter().copied().collect::<Vec<_>>()),
+    });
+    Ok(Value::Maps(maps.collect()))
+}
+
+/// The value as Python keeps it; what Python made of other objects stays as it was given.
+fn to_python<'py>(
+    py: Python<'py>,
+    value: &Value,
+    given: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::None => py.None().into_bound(py),
+        Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any(),
+        Value::Int(value) => value.into_pyobject(py)?.into_any(),
+        Value::Float(value) => value.into_pyobject(py)?.into_any(),
+        Value::Text(value) => value.into_pyobject(py)?.into_any(),
+        Value::Array(array) => {
+            let weights = image(py, (array.rows, array.columns), array.values.to_vec());
+            weights.readwrite().make_nonwriteable();
+            weights.into_any()
+        }
+        Value::Matrix(matrix) => {
+            let rows = [0, 1, 2, 3].map(|row| matrix.row(row).to_array());
+            let [a, b, c, d] = rows.map(|[a, b, c, d]| (a, b, c, d));
+            (a, b, c, d).into_pyobject(py)?.into_any()
+        }
+        Value::Filter(_) | Value::Maps(_) => given.clone(),
+    })
+}

@@ -1,0 +1,218 @@
+//! Scenes, cameras and lights: what is validated once and used for many frames.
+
+use super::check_process;
+use crate::bvh::Bvh;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::gpu;
+use crate::light::Light;
+use crate::render::SceneCache;
+use crate::scene::Scene;
+use glam::{DMat4, DVec2, DVec3};
+use numpy::ndarray::Array2;
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, RwLock, RwLockReadGuard};
+
+fn rows_of_three<T: numpy::Element + Copy>(
+    name: &str,
+    array: &PyReadonlyArray2<T>,
+) -> PyResult<Vec<[T; 3]>> {
+    let array = array.as_array();
+    if array.ncols() != 3 {
+        let (rows, columns) = array.dim();
+        return Err(PyValueError::new_err(format!(
+            "{name} must have shape (n, 3), got ({rows}, {columns})"
+        )));
+    }
+    let rows = array.rows().into_iter();
+    Ok(rows.map(|row| [row[0], row[1], row[2]]).collect())
+}
+
+fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
+    Ok(rows_of_three(name, array)?
+        .into_iter()
+        .map(DVec3::from)
+        .collect())
+}
+
+fn array_of_points(points: &[DVec3]) -> Array2<f64> {
+    Array2::from_shape_fn((points.len(), 3), |(row, axis)| points[row][axis])
+}
+
+#[pyclass(name = "Scene", module = "lixel._core", frozen)]
+pub struct PyScene {
+    scene: RwLock<Scene>,
+    pub cache: SceneCache,
+    /// Of the generation that it was built for.
+    bvh: Mutex<Option<(u64, Arc<Bvh>)>>,
+}
+
+impl PyScene {
+    pub fn read(&self) -> RwLockReadGuard<'_, Scene> {
+        self.scene
+            .read()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// The reference's search structure, built at first use and after the vertices moved.
+    pub fn bvh(&self, scene: &Scene) -> Arc<Bvh> {
+        let mut cached = gpu::lock(&self.bvh);
+        match cached.as_ref() {
+            Some((generation, bvh)) if *generation == scene.generation() => bvh.clone(),
+            _ => {
+                let bvh = Arc::new(Bvh::new(scene));
+                *cached = Some((scene.generation(), bvh.clone()));
+                bvh
+            }
+        }
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    #[new]
+    fn new(
+        py: Python,
+        vertices: PyReadonlyArray2<f64>,
+        faces: PyReadonlyArray2<i64>,
+    ) -> PyResult<Self> {
+        check_process()?;
+        let vertices = points("vertices", &vertices)?;
+        let faces = rows_of_three("faces", &faces)?;
+        let scene = py.detach(|| {
+            if let Some(row) = faces.iter().position(|face| face.iter().any(|&i| i < 0)) {
+                return Err(Error::Value(format!(
+                    "faces must index vertices: row {row} is {:?}, and no index may be negative",
+                    faces[row]
+                )));
+            }
+            // An index beyond 32 bits is beyond any number of vertices, too.
+            let narrow = |i: i64| u32::try_from(i).unwrap_or(u32::MAX);
+            let triangles = faces.iter().map(|face| face.map(narrow)).collect();
+            Scene::new(vertices, triangles)
+        })?;
+        Ok(Self {
+            scene: RwLock::new(scene),
+            cache: SceneCache::default(),
+            bvh: Mutex::new(None),
+        })
+    }
+
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        array_of_points(self.read().vertices()).to_pyarray(py)
+    }
+
+    #[getter]
+    fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
+        let scene = self.read();
+        let triangles = scene.triangles();
+        Array2::from_shape_fn((triangles.len(), 3), |(row, i)| triangles[row][i]).to_pyarray(py)
+    }
+
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let (low, high) = self.read().bounds();
+        array_of_points(&[low, high]).to_pyarray(py)
+    }
+
+    #[getter]
+    fn triangle_count(&self) -> usize {
+        self.read().triangles().len()
+    }
+
+    #[getter]
+    fn degenerate_count(&self) -> usize {
+        self.read().degenerate_count()
+    }
+
+    fn update_vertices(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<()> {
+        check_process()?;
+        let vertices = points("vertices", &vertices)?;
+        py.detach(|| {
+            let mut scene = self
+                .scene
+                .write()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            scene.update_vertices(vertices)
+        })?;
+        Ok(())
+    }
+}
+
+#[pyclass(name = "Camera", module = "lixel._core", frozen)]
+pub struct PyCamera(pub Camera);
+
+#[pymethods]
+impl PyCamera {
+    #[new]
+    fn new(
+        pose: PyReadonlyArray2<f64>,
+        focal: (f64, f64),
+        centre: (f64, f64),
+        size: (u32, u32),
+        depth_range: (f64, f64),
+    ) -> PyResult<Self> {
+        let pose = pose.as_array();
+        if pose.dim() != (4, 4) {
+            return Err(PyValueError::new_err(format!(
+                "camera pose must have shape (4, 4), got {:?}",
+                pose.dim()
+            )));
+        }
+        let columns: Vec<f64> = pose.t().iter().copied().collect();
+        Ok(Self(Camera::new(
+            DMat4::from_cols_slice(&columns),
+            DVec2::from(focal),
+            DVec2::from(centre),
+            size,
+            depth_range,
+        )?))
+    }
+}
+
+#[pyclass(name = "Light", module = "lixel._core", frozen)]
+pub struct PyLight(pub Light);
+
+#[pymethods]
+impl PyLight {
+    #[staticmethod]
+    fn directional(direction: PyReadonlyArray1<f64>) -> PyResult<Self> {
+        Ok(Self(Light::directional(vector("direction", &direction)?)?))
+    }
+
+    #[staticmethod]
+    fn point(position: PyReadonlyArray1<f64>) -> PyResult<Self> {
+        Ok(Self(Light::point(vector("position", &position)?)?))
+    }
+
+    #[staticmethod]
+    fn spot(
+        position: PyReadonlyArray1<f64>,
+        direction: PyReadonlyArray1<f64>,
+        outer: f64,
+    ) -> PyResult<Self> {
+        let position = vector("position", &position)?;
+        let direction = vector("direction", &direction)?;
+        Ok(Self(Light::spot(position, direction, outer)?))
+    }
+
+    #[staticmethod]
+    fn hemisphere(position: PyReadonlyArray1<f64>, axis: PyReadonlyArray1<f64>) -> PyResult<Self> {
+        let position = vector("position", &position)?;
+        Ok(Self(Light::hemisphere(position, vector("axis", &axis)?)?))
+    }
+}
+
+fn vector(name: &str, array: &PyReadonlyArray1<f64>) -> PyResult<DVec3> {
+    let array = array.as_array();
+    if array.len() != 3 {
+        return Err(PyValueError::new_err(format!(
+            "light {name} must have shape (3,), got ({},)",
+            array.len()
+        )));
+    }
+    Ok(DVec3::new(array[0], array[1], array[2]))
+}
