@@ -10,30 +10,33 @@ from .base import ShadowMethod
 
 @dataclass(frozen=True, kw_only=True)
 class Auto(ShadowMethod):
-    """Chooses the method and its resolution: the cheapest for an error.
+    """Chooses the cheapest method and resolution whose error stays within a bound.
 
-    Where two small shadow maps cost less than the methods without a wrong pixel, they are rendered
-    first, the second twice as fine. The ``d`` pixels in which they differ bound those that are
-    wrong in the finer one, as a share of the ``n`` pixels that see a surface,
+    1. If two small shadow maps, the second twice as fine, cost less than the methods without a
+       misclassified pixel, both are rendered. Where they differ bounds the error of the finer one.
+    2. If the bound is at most `max_error`, the finer map is the answer.
+    3. Otherwise a map twice as fine is tried, as long as it is predicted to suffice and to cost
+       less than `RayTraced` and `Exact`.
+    4. Otherwise the cheaper of these two is the answer.
 
-    .. math:: e = c (d + 3) / n,
+    With ``d`` pixels that differ of ``n`` that see a surface, and ``c`` measured on generated
+    scenes, the bound is
 
-    with ``c`` measured on generated scenes. If that is below `max_error` the finer map is the
-    answer; a still finer one is tried as long as it promises to be cheaper than `RayTraced` and
-    `Exact`, one of which is the answer else. Costs are predicted by a model of triangles, pixels
-    and texels, which ``python -m lixel.calibration`` measures on one device; no clock is read, so
-    that the same call makes the same choice. ``frame.stats["auto"]`` says what was chosen and why,
-    and ``frame.method`` is the chosen method.
+    .. math:: e = c (d + 3) / n.
 
-    Limits: it is one choice for the whole image. Times of other devices than the calibrated one are
-    predicted as if they were its own. What two maps miss alike, such as casters far thinner than a
-    texel, they do not tell.
+    Costs are predicted by a model of triangles, pixels and texels, which ``lixel lab calibration``
+    measures on one device. No clock is read, so that the same call makes the same choice.
+    ``frame.stats["auto"]`` says what was chosen and why; ``frame.method`` is the chosen method.
+
+    Limits: it is one choice for the whole image. The predicted times are those of the calibrated
+    device, whichever is used. The bound does not see what both maps miss, such as casters far
+    thinner than a texel.
 
     Parameters
     ----------
     max_error : float
-        Most wrong pixels, as a share of the pixels that see a surface, from 0 to 1. With 0 no map
-        is tried.
+        The most misclassified pixels, as a share of the pixels that see a surface, from 0 to 1.
+        With 0 no map is tried.
     max_ms : float, optional
         Most milliseconds on the GPU. A preference: where no method keeps both, the finest maps
         whose predicted time is within it are taken, and the statistics say so.

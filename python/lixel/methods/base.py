@@ -1,4 +1,4 @@
-"""What methods share: the check of parameters, and the parameters of every shadow map."""
+"""The base classes of methods: the check of parameters, and the parameters of every map."""
 
 from __future__ import annotations
 
@@ -40,16 +40,17 @@ class Pcf(Checked):
 
     .. math:: v = \\frac{1}{n} \\sum_{i=1}^{n} \\mathrm{lit}(p + r s_i)
 
-    Each is a ``"depth"`` lookup in the texel that the point falls in, on that texel's own ray. With
-    the automatic bias the receiver's plane is evaluated there, so that a plane never shadows
-    itself. Points off the layer (the map's border, the edge of a cube's face, the end of a cascade)
-    are left out of the mean; a receiver off the map is lit, as in every lookup.
+    Each test is a ``"depth"`` lookup in the texel that the point falls in, on that texel's own ray.
+    With the automatic bias the receiver's plane is evaluated there, so that a plane never shadows
+    itself. Points outside of the layer (beyond the border of the map, the edge of a cube's face or
+    the end of a cascade) are left out of the mean. A receiver off the map is lit, as in every
+    lookup.
 
-    Limits: where surfaces meet, the disc of one takes in texels of the other, which may be before
-    its plane: a dark line along concave edges, as wide as the disc. The map of
-    `SceneOptimized` holds no more than what is in shadow, and the lit half of a penumbra only with
-    ``samples="facing"``. All points have the same
-    weight, so that a penumbra ends where the radius says; Rosen weighs and jitters them.
+    Limits: where two surfaces meet in a concave edge, the disc around a receiver on one of them
+    covers texels of the other, which may lie in front of its plane. This gives a dark line along
+    the edge, as wide as the disc. The map of `SceneOptimized` holds only what is in shadow; the lit
+    half of a penumbra is on it only with ``samples="facing"``. All points have the same weight,
+    whereas Rosen weights and jitters them.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class Pcf(Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class ShadowMethod(Checked):
-    """What all methods share."""
+    """The base class of all methods."""
 
     lights: ClassVar[tuple[type[Light], ...]] = LIGHTS
     """The kinds of light that the method is made for."""
@@ -113,7 +114,7 @@ class ShadowMethod(Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class ShadowMapMethod(ShadowMethod):
-    """What the methods share that look up a depth in a shadow map.
+    """The base class of the methods that look up a shadow map.
 
     Parameters
     ----------
@@ -124,26 +125,31 @@ class ShadowMapMethod(ShadowMethod):
 
         - ``"exact"``: each texel takes its own light ray through projection and warp.
         - ``"linear"``: as published (Rosen, 6.1): corners are projected and warped, edges between
-          them are straight in the map, depths are interpolated along them. It is right where a
-          projection keeps lines and nothing is warped; a paraboloid ends at its rim, and around a
-          light casters nearer than 2^-16 of the farthest are left out.
+          them are straight in the map, and depths are interpolated along them. This is right where
+          a projection keeps lines straight and nothing is warped. A paraboloid ends at its rim, and
+          around a light casters nearer than 2^-16 of the farthest are left out.
     tessellation : float, optional
         For ``"linear"``: triangles are split at the middles of their edges until no edge in the map
         is longer than this share of its side; 0.05, 0.025 and 0.01 are the paper's. Where two
-        functions of `NonOrthogonalWarp` part, which no splitting mends, an edge of a function's
-        width may stay longer. None: not at all. More pieces than the device has room for are a
-        `DeviceError`.
+        functions of `NonOrthogonalWarp` differ, an edge that crosses from one to the other may stay
+        longer. None: no triangle is split. If the pieces do not fit on the device, a `DeviceError`
+        is raised.
     lookup : {"auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
         How a receiver is compared with the map.
 
         - ``"depth"``: with the depth in its texel.
         - ``"triangle"``: the receiver's own light ray is tested against the triangles stored in the
-          3 x 3 texels around it (or in one, or in 5 x 5). There is no false shadow; a caster that
-          none of these texels saw is missed, as many are where triangles are smaller than texels.
-        - ``"auto"``: in shadow if a triangle of the 3 x 3 is hit, or if nine tenths of the depth
-          tests around say so, weighed bilinearly, and four of the nine; six tenths where most
-          texels hold a nearer triangle and each another. That finds casters smaller than a texel.
-          ``"auto_5x5"`` asks the triangles of 5 x 5, too.
+          3 x 3 texels around it (``"triangle_1x1"``: in its own, ``"triangle_5x5"``: in 5 x 5).
+          There is no false shadow. A caster that none of these texels saw is missed, which happens
+          often where triangles are smaller than texels.
+        - ``"auto"``, the default, decides in this order:
+
+          1. In shadow, if a triangle stored in the 3 x 3 texels is hit (``"auto_5x5"``: 5 x 5).
+          2. In shadow, if at least 4 of the 9 depth tests there say so, and these have at least 0.9
+             of the bilinear weight of all. This finds casters smaller than a texel.
+          3. Where at least 6 of the 9 texels hold something nearer, and each another triangle, 0.6
+             of the weight is enough.
+          4. Otherwise lit.
         - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
     bias : {"auto", "constant", "slope", "receiver_plane"}
         How far a receiver may lie behind the depth of its texel and still be lit.
@@ -180,14 +186,14 @@ class ShadowMapMethod(ShadowMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class BoxMethod(ShadowMapMethod):
-    """What the methods share whose maps are boxes around receivers, along axes of the light.
+    """The base class of the methods whose maps are boxes around receivers, along axes of the light.
 
     Parameters
     ----------
     snap : bool
-        Texel snapping, against the flicker of shadow edges while the camera moves: texels are a
-        power of the fourth root of 2 wide, up to 1.19 times as wide as they must be, and lie on a
-        grid that only the light moves.
+        Texel snapping, which prevents the flicker of shadow edges while the camera moves. The width
+        of a texel is rounded up to a power of the fourth root of 2 (at most 1.19 times as wide),
+        and texels lie on a grid that moves only with the light.
 
     The others are those of `ShadowMapMethod`.
 

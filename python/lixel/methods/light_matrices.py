@@ -15,14 +15,14 @@ Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True, kw_only=True)
 class LightMatrixMethod(ShadowMapMethod):
-    """What the methods share that fit one matrix to the light.
+    """The base class of the methods that fit one matrix to the light.
 
-    Rows 1, 2 and 4 of a light's matrix take a point to its place in the map, and must take each of
-    the light's rays to one place: what is free is a homography between rays and texels.
+    Rows 1, 2 and 4 of a light's matrix take a point to its place in the map. All points of a light
+    ray must have the same place, so the matrix is a homography between rays and texels.
     Rasterization and lookup are exact for all of them.
 
-    A light with a position that has not all of what it reaches in front of it gets one matrix for
-    each face of a cube around it that holds any receiver.
+    If what a light with a position reaches is not all in front of it, it gets one matrix for each
+    face of a cube around it that holds a receiver.
 
     Parameters
     ----------
@@ -30,10 +30,10 @@ class LightMatrixMethod(ShadowMapMethod):
         What the map must hold: the receivers that face the light, found from samples of the image,
         or the part of the scene's box that is in the camera's frustum. What is off the map is lit.
     sample_resolution : int
-        Pixels looked at along the longer side of the image, for ``fit="receivers"``.
+        Samples along the longer side of the image, for ``fit="receivers"``.
     margin : float
-        By how much of its size the map is widened, because between the samples something may stick
-        out; from 0 to 1.
+        The share of its size by which the map is widened, from 0 to 1, because a receiver between
+        the samples may lie outside.
 
     The others are those of `ShadowMapMethod`.
     """
@@ -47,20 +47,21 @@ class LightMatrixMethod(ShadowMapMethod):
 class Focused(BoxMethod, LightMatrixMethod):
     """One map over the smallest rectangle, in any orientation, around what is seen.
 
-    The points that the map must hold are projected along the light; a side of the smallest
-    rectangle around their convex hull lies on an edge of the hull, and sides may lean:
+    The points that the map must hold are projected along the light. A side of the smallest
+    rectangle around their convex hull lies on an edge of the hull; a sheared rectangle may be
+    smaller still:
 
     .. math:: u = A (x, y)^T + b
 
     with ``x, y`` across the light, A and b from the rectangle.
 
-    Limits: texels are spread evenly; near receivers get no more than far ones.
+    Limits: texels have one size; near receivers get no more of them than far ones.
 
     Parameters
     ----------
     snap : bool
-        Texel snapping, see `BoxMethod`; the rectangle is not turned then, and around a light
-        with a position it is one for each face of a cube.
+        Texel snapping, see `BoxMethod`. The rectangle is not rotated then, and a light with a
+        position has one for each face of a cube.
 
     The others are those of `LightMatrixMethod`.
 
@@ -91,8 +92,8 @@ class LightSpacePerspective(LightMatrixMethod):
     where :math:`\\gamma` is the angle between view and light, and :math:`z_n, z_f` are the depths
     of what is seen.
 
-    Limits: the more the light shines along the view the less there is to gain; along it the map is
-    the one of `Focused`.
+    Limits: the smaller the angle between light and view, the less there is to gain; along the view
+    the map is that of `Focused`.
 
     Parameters are those of `LightMatrixMethod`.
 
@@ -112,7 +113,7 @@ class LightSpacePerspective(LightMatrixMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class PerspectiveShadowMap(LightMatrixMethod):
-    """The light looks at the scene after the camera's perspective, where near things are large.
+    """A map of the scene after the camera's perspective, in which near things are large.
 
     With C the camera's projective map and L the light, a point or a direction,
 
@@ -121,7 +122,7 @@ class PerspectiveShadowMap(LightMatrixMethod):
     where R turns the third axis from the light towards the middle of what is seen. A virtual camera
     steps back from what is seen until the light has all of it in front.
 
-    Limits: a light along the view sees the transformed scene at a grazing angle, and after the step
+    Limits: a light along the view sees the transformed scene at a grazing angle. After the step
     back little of the perspective may be left.
 
     Parameters are those of `LightMatrixMethod`.
@@ -141,7 +142,7 @@ class PerspectiveShadowMap(LightMatrixMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneOptimal(LightMatrixMethod):
-    """On the plane that most receivers lie in each texel is a pixel.
+    """A map in which the texels on one plane, that of most receivers, are the pixels.
 
     A point p has the place in the map that its shadow on the plane :math:`\\pi` has in the image:
 
@@ -149,8 +150,8 @@ class PlaneOptimal(LightMatrixMethod):
 
     with C the camera's projective map and L the light, homogeneous.
 
-    Limits: off the plane texels may be of any size; what the light moves behind the camera on its
-    way to the plane has no place, and counts as lit.
+    Limits: off the plane texels may have any size. A point whose shadow on the plane lies behind
+    the camera has no place in the map, and counts as lit.
 
     Parameters
     ----------
@@ -175,10 +176,10 @@ class PlaneOptimal(LightMatrixMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class SceneOptimized(ShadowMapMethod):
-    """The light matrix that serves the image's shadow boundaries best.
+    """The light matrix with the finest texels, in the mean, at the shadow boundaries of the image.
 
-    Samples x of the image are read back, with the surfaces that they see; the matrix, which takes
-    them to places u in the map, minimizes
+    Samples x of the image are read back, with the surfaces that they see. With u their places in
+    the map, the matrix minimizes
 
     .. math:: h(P) = \\sum_{samples} \\sum_{i, j \\in \\{1, 2\\}}
               \\left(\\frac{dx^i}{du^j}\\right)^2
@@ -187,27 +188,27 @@ class SceneOptimized(ShadowMapMethod):
     for each one tried, rows 1 and 2 follow from the smallest rectangle around the samples' hull.
     It is never worse than `Focused` by this measure.
 
-    Limits: a map is drawn to find the boundaries before the one that counts, and the CPU waits for
-    the GPU in between; a shadow that no sample meets may be off the map, and then is lit.
+    Limits: a first map finds the boundaries, and the CPU waits for the GPU in between. A shadow
+    that no sample meets may be off the map, and then is lit.
 
     Parameters
     ----------
     samples : {"shadow", "boundary", "facing"}
-        What the map must hold and is optimized for: samples next to a shadow boundary as in the
-        paper, those and all in shadow, or all that face the light.
+        What the map must hold and is optimized for. ``"boundary"``: samples next to a shadow
+        boundary, as in the paper; ``"shadow"``: those and all in shadow; ``"facing"``: all that
+        face the light.
     optimizer : {"paper", "simplex"}
-        The paper's search: three times along the negative gradient, nine angles each; or what a
-        downhill simplex makes of its result, which has a lower h, takes twice as long, and leaves
-        as many wrong pixels.
+        ``"paper"``: three steps along the negative gradient, each the best of nine angles.
+        ``"simplex"``: a downhill simplex from there, which finds a lower h and takes longer.
     sample_resolution : int
-        Pixels looked at along the longer side of the image.
+        Samples along the longer side of the image.
     margin : float
-        By how much of its size the map is widened, because between the samples something may stick
-        out; from 0 to 1.
+        The share of its size by which the map is widened, from 0 to 1, because a receiver between
+        the samples may lie outside.
     previous : Frame or (4, 4) array_like, optional
-        The frame before, or its light matrix: kept, scaled and shifted to hold all samples, unless
-        the median quality of the new one is below 80 % of its own. So a map does not swim. For one
-        map alone, not for those of a cube's faces.
+        The previous frame, or its light matrix. It is reused, scaled and shifted to hold all
+        samples, unless the median h of a new matrix is below 80 % of its own; so shadow edges
+        flicker less. For one map, not for the faces of a cube.
 
     The others are those of `ShadowMapMethod`. ``frame.stats["h"]`` is the measure reached, in
     squared pixels per squared texel.

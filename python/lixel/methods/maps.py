@@ -12,7 +12,7 @@ Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic"
 
 @dataclass(frozen=True, kw_only=True)
 class Uniform(ShadowMapMethod):
-    """One map over all casters, each texel as large as the next.
+    """One map over all casters, with texels of one size.
 
     The light's orthographic box holds every triangle of the scene, so the map does not depend on
     the camera. With ``x, y`` across and ``z`` along the light, texel and depth of a point are
@@ -20,11 +20,11 @@ class Uniform(ShadowMapMethod):
     .. math:: u = r (x - x_0) / (x_1 - x_0), \\quad v = r (y - y_0) / (y_1 - y_0), \\quad
               d = (z - z_0) / (z_1 - z_0)
 
-    where the box is the scene's, turned as that of `DesiredView`, and ``r`` the resolution. A
+    where the box is the scene's, rotated as that of `DesiredView`, and ``r`` the resolution. A
     receiver is in shadow where its depth exceeds the one stored in its texel by more than the bias.
 
-    Limits: most texels fall where no pixel looks; in a large scene a texel spans many pixels and
-    shadow edges turn into stairs.
+    Limits: most texels cover what the camera does not see. In a large scene a texel spans many
+    pixels, and shadow edges look like stairs.
 
     Parameters are those of `ShadowMapMethod`.
 
@@ -43,7 +43,7 @@ class Uniform(ShadowMapMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class DesiredView(BoxMethod):
-    """One map over what the camera sees lit: the box of the receivers that face the light.
+    """One map over the box of the visible receivers that face the light.
 
     As `Uniform`, but the box across the light holds only the visible receivers that face the light
     (all others are in shadow without a map), found from the visibility buffer. No texel lies
@@ -51,13 +51,14 @@ class DesiredView(BoxMethod):
 
     .. math:: x_0 = \\min_i x_i, \\quad x_1 = \\max_i x_i \\quad \\text{over receivers } i,
 
-    likewise ``y``; depth is the receivers', reached back to the light. Around the light's direction
-    the map is turned so that its rows and columns lie across the edges of the scene, as far as the
-    scene's box does not grow too much: a triangle that is thinner than a texel and lies along a row
-    is seen by all of its texels or by none. This depends on light and scene, not on the camera.
+    likewise ``y``; depth reaches from the farthest receiver back to the nearest caster. The map is
+    rotated around the light's direction so that its rows and columns run diagonally to the dominant
+    edges of the scene, unless the scene's box would grow too much: a triangle that is thinner than
+    a texel and lies along a row is seen by all of that row's texels or by none. The rotation
+    depends on light and scene, not on the camera.
 
-    Limits: within the box texels are still uniform, so that near receivers get too few when far
-    ones widen the box; the map moves with the camera, and its texels flicker unless they snap.
+    Limits: texels have one size, so near receivers get too few when far ones widen the box. The map
+    moves with the camera, and shadow edges flicker without `snap`.
 
     Parameters are those of `BoxMethod`.
 
@@ -80,7 +81,7 @@ class DesiredView(BoxMethod):
 class MinimalShadowMap(ShadowMapMethod):
     """One map over the smallest rectangle around the visible receivers that face the light.
 
-    As `DesiredView`, and turned around the light's direction: the convex hull of the receivers
+    As `DesiredView`, but rotated around the light's direction: the convex hull of the receivers
     across the light gives the smallest rectangle that holds them, one of whose sides lies along an
     edge of the hull (rotating calipers):
 
@@ -88,10 +89,10 @@ class MinimalShadowMap(ShadowMapMethod):
               w(\\varphi) = \\max_i \\langle p_i, e_\\varphi \\rangle
               - \\min_i \\langle p_i, e_\\varphi \\rangle.
 
-    The near plane reaches every caster before them, the far
-    plane is the last receiver's.
+    The near plane lies before every caster that may shadow them, the far plane at the last
+    receiver.
 
-    Limits: those of `DesiredView`; the map turns as the camera moves.
+    Limits: those of `DesiredView`; the map also rotates as the camera moves.
 
     Parameters are those of `ShadowMapMethod`.
 
@@ -111,16 +112,16 @@ class MinimalShadowMap(ShadowMapMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class Cascades(BoxMethod):
-    """The view is cut into slabs of depth, each with a map over the box of its receivers.
+    """The view is split into slabs of depth, each with a map over the box of its receivers.
 
     With z from the near to the far end of what is split, slab i of m ends at
 
     .. math:: z_i = \\lambda \\, z_n (z_f / z_n)^{i / m}
               + (1 - \\lambda) (z_n + (z_f - z_n) \\, i / m)
 
-    Limits: each layer is drawn on its own, and has `resolution` texels along each side: four layers
-    of half the resolution have the texels of one map. The faces of a cube around a point light are
-    not split.
+    Limits: each layer is a pass over the casters and has `resolution` texels along each side; four
+    layers of half the resolution have as many texels as one map. The faces of a cube around a point
+    light are not split.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ class Cascades(BoxMethod):
     weight : float
         Lambda of ``"practical"``, from 0 to 1.
     sample_resolution : int
-        Pixels looked at along the longer side of the image, where the receivers are asked.
+        Samples of the receivers along the longer side of the image.
     snap : bool
         Texel snapping, see `BoxMethod`, of every layer; slabs that the receivers bound end at
         powers of the fourth root of 2, in units of the world.

@@ -19,18 +19,18 @@ class Cube(BoxMethod):
 
     A face that no receiver falls in is not made, and is counted in ``stats["skipped_layers"]``.
 
-    Limits: up to six passes over the casters; a texel in a corner of a whole face covers a fifth of
+    Limits: up to six passes over the casters. A texel in a corner of a whole face covers a fifth of
     the solid angle of one in its middle.
 
     Parameters
     ----------
     cut : {"receivers", "face"}
-        Each face over the box of its receivers, or over the whole face.
+        What a map covers: the box of its receivers, or the whole face.
     snap : bool
         Texel snapping of the boxes of receivers, see `BoxMethod`.
     turned : bool
-        Turns the cube's axes away from the world's, so that rows and columns of its faces lie
-        across the scene's edges, see `DesiredView`.
+        Rotates the cube, so that the rows and columns of its faces run diagonally to the dominant
+        edges of the scene, see `DesiredView`.
 
     The others are those of `ShadowMapMethod`; `resolution` is that of each face.
 
@@ -67,13 +67,13 @@ class DualParaboloid(BoxMethod):
     on the unit disc; depth is the distance. The first half looks along the light's axis, or down.
     Rasterization is exact, so that a floor of two triangles needs no tessellation.
 
-    Limits: texels in the middle cover four times the solid angle of those at the rim; the corners
-    of a whole map lie outside the disc.
+    Limits: texels in the middle cover four times the solid angle of those at the rim. The corners
+    of a whole map, outside the disc, are wasted.
 
     Parameters
     ----------
     cut : {"hemisphere", "receivers"}
-        Each map over its whole half of space, as published, or over the box of its receivers.
+        What a map covers: its whole half of space, as published, or the box of its receivers.
     snap : bool
         Texel snapping of the boxes of receivers, see `BoxMethod`.
 
@@ -103,30 +103,31 @@ class DualParaboloid(BoxMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class ImprovedParaboloid(ShadowMapMethod):
-    """One paraboloid that looks at what the camera sees, and is cut to it.
+    """One paraboloid map that is fitted to what the camera sees.
 
-    As published, with the cut ``"frustum"``: the view frustum is truncated to the depths of the
-    receivers; :math:`D_j` lead from the light to its eight corners. The paraboloid looks along
-    their mean direction and reaches to the largest angle between it and them,
+    As published, with ``cut="frustum"``, the view frustum is truncated to the depths of the
+    receivers. The directions :math:`D_j` point from the light to its eight corners. The axis of the
+    paraboloid is their mean, and the map reaches to the largest angle between it and them,
 
     .. math:: C = \\operatorname{norm} \\sum_j D_j, \\quad F = \\max_j \\angle (D_j, C)
 
     (Eq. 1 and 2), by the zoom factor :math:`Z = \\sin F / (1 + \\cos F)` (section 3.3). A light at
     infinity is the limit: a square around the corners across the light.
 
-    Limits: with the light inside the truncated frustum, or where the cone is wider than a
-    hemisphere, ``"frustum"`` is `DualParaboloid`. The other cuts make one map as long as a
-    hemisphere holds the receivers, ``"receivers"`` with the light outside the view a wider one
-    too; else two, each cut to the box of its receivers.
+    Limits: where the light is inside the truncated frustum, or the cone is wider than a hemisphere,
+    ``"frustum"`` is the same as `DualParaboloid`. The other cuts use one map if a hemisphere holds
+    the receivers (``"receivers"`` a wider one, if the light is outside of the view); otherwise two,
+    each over the box of its receivers.
 
     Parameters
     ----------
     cut : {"frustum", "cone", "receivers"}
-        To the frustum's corners, as published; to the smallest square of the receivers themselves
-        around the axis of their smallest cone; to the box of the receivers, in the paraboloid whose
-        axis gives them the finest texels, turned so that rows and columns lie across the edges of
-        the scene: a paraboloid's texels are finer away from its axis, so it often looks past the
-        receivers, up to 136 degrees. Axis and turn jump as the camera moves.
+        What the map covers. ``"frustum"``: the frustum's corners, as published. ``"cone"``: the
+        smallest square around the receivers themselves, with the axis of their smallest cone.
+        ``"receivers"``: the box of the receivers, with the axis that gives them the finest texels.
+        A paraboloid's texels are finer away from its axis, so this axis often points past the
+        receivers. The map is rotated as that of `DesiredView`. Axis and rotation jump as the camera
+        moves.
 
     The others are those of `ShadowMapMethod`.
 
@@ -154,15 +155,14 @@ class Spot(BoxMethod):
 
     .. math:: u = r \\frac{x / z - u_0}{u_1 - u_0}, \\quad v = r \\frac{y / z - v_0}{v_1 - v_0}.
 
-    A cone wider than 69 degrees to each side, which a plane would stretch too much, is mapped as
-    one half of `DualParaboloid`.
+    A wide cone, which a plane would stretch too much, is mapped as one half of `DualParaboloid`.
 
-    Limits: texels are spread evenly over the plane, not over what the camera sees.
+    Limits: texels have one size in the plane, whatever the camera sees.
 
     Parameters
     ----------
     cut : {"receivers", "cone"}
-        Over the box of the receivers, or over the whole cone.
+        What the map covers: the box of the receivers, or the whole cone.
     snap : bool
         Texel snapping of the boxes of receivers, see `BoxMethod`.
 

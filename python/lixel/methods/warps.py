@@ -43,7 +43,7 @@ class OldMaps(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class WarpMethod(BoxMethod):
-    """What the warps share: a fit, and what receivers are worth.
+    """The base class of the warps: the fit of the map, and the importance of receivers.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class WarpMethod(BoxMethod):
         - ``"normal"``: 1 + `normal_bonus` times the cosine between normal and view (5.4).
         - ``"boundary"``: `boundary_weight` for receivers within 4 to 8 pixels of the boundary of a
           shadow, 1 elsewhere; a first pass without a warp finds the boundaries (after Chong and
-          Gortler). It mostly helps, and where the first pass misses the shadows it does harm.
+          Gortler). It does harm where the first pass misses the shadows.
     normal_bonus : float
         Rosen's beta.
     analysis_resolution : int
@@ -78,7 +78,7 @@ class WarpMethod(BoxMethod):
         Cells along each side of the importance map.
     fit : str
         The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`;
-        ``"min_sm"`` turns it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
+        ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
         axes of the receivers. ``"lispsm"`` and ``"scene_optimized"`` are the maps of
         `LightSpacePerspective` and `SceneOptimized`; ``"cube"``, ``"dual_paraboloid"``,
         ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
@@ -87,15 +87,15 @@ class WarpMethod(BoxMethod):
         Texel snapping of the map that is warped, see `BoxMethod`; with the fits
         ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``.
     previous : Frame, optional
-        The frame before, of the same method: its importance maps are blended in, so that the warp
-        follows the view slowly (Rosen, 5.5). Each layer takes the old one that lay where it is;
-        what was not on that had no importance. Not for paraboloids. `lixel.flicker` finds no less
-        flicker with it.
+        The previous frame, of the same method. Its importance maps are blended in, so that the warp
+        follows the view slowly (Rosen, 5.5). Each layer uses the old layer that lies nearest; what
+        was outside of that had no importance. Not for paraboloids. `lixel lab flicker` measures no
+        less flicker with it.
     blend : float
-        The part of the frame before, from 0 to 1.
+        The share of the previous frame, from 0 to 1.
 
-    The others are those of `ShadowMapMethod`. Two methods are equal whatever their weights' arrays
-    and the frame before.
+    The others are those of `ShadowMapMethod`. The comparison of two methods ignores their arrays of
+    weights and their previous frames.
     """
 
     importance: str | Sequence[str]
@@ -142,16 +142,18 @@ def _old_maps(method: type[WarpMethod], previous: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class RectilinearWarp(WarpMethod):
-    """The desired view's map with its rows and columns moved apart where it matters.
+    """A map whose rows and columns are spread where importance is high.
 
-    An importance map over the desired view's map takes, in each cell, the greatest importance of
-    the receivers in it. The maxima of its rows and of its columns, blurred, share out the texels:
+    An importance map over the fitted map holds in each cell the greatest importance of the
+    receivers in it. The maxima of its rows and of its columns are blurred; texels are given out in
+    proportion:
 
     .. math:: x' = \\sum_{j < k} I_j / \\sum_{j} I_j \\quad \\text{at the boundary of cell } k
 
     (Eq. 1), linear in between. Rasterization is exact: each texel takes its own light ray.
 
-    Limits: what is important in one row makes the columns that it spans important in every row.
+    Limits: what is important in one row takes texels in its columns in every row, where they may be
+    wasted.
 
     Parameters
     ----------
@@ -185,9 +187,9 @@ class RectilinearWarp(WarpMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class NonOrthogonalWarp(WarpMethod):
-    """The desired view's map with the receivers spread evenly over its texels.
+    """A map over whose texels the receivers are spread evenly.
 
-    The receivers are counted in cells of the desired view's map. Each row gets a function that
+    The receivers are counted in cells of the fitted map. Each row gets a function that
     equalizes its histogram, from the prefix sums of its counts:
 
     .. math:: x' = X_i(x) = g_i(x) / N_i
@@ -197,15 +199,16 @@ class NonOrthogonalWarp(WarpMethod):
     :math:`j = \\lfloor x' w \\rfloor` (Eq. 6). Rasterization is exact: each texel takes its own
     light ray.
 
-    Beyond the papers, rows share functions, `function_count` in all: where neighbouring functions
-    differ, texels are torn. Counts are taken to the power `exponent` and a part of each function,
-    `even_share`, is the identity. Of ``n`` pixels that share ``s`` texels, from ``n s**(-1/2)``
-    (depth tests) to ``n / s`` (triangles) are wrong along edges, which is least in total for ``s``
-    in proportion to ``n**(2/3)`` or ``n**(1/2)``; equal counts take too much from what is thinly
-    covered.
+    This differs from the papers in three ways. Rows share functions, `function_count` in all,
+    because the map has a seam wherever neighbouring functions differ. Counts are taken to the power
+    `exponent`. And a part of each function, `even_share`, is the identity. The reason for the
+    power: of ``n`` pixels that share ``s`` texels, between ``n s**(-1/2)`` (depth tests) and ``n /
+    s`` (triangle tests) are wrong along edges. The sum is least for ``s`` in proportion to
+    ``n**(2/3)`` or ``n**(1/2)``; in proportion to ``n`` too few texels are left for what few
+    receivers cover.
 
-    Limits: where neighbouring functions differ much the map is torn. The lookup goes on across a
-    tear, at the nearest texel there; what a texel on the tear itself sees is of one side alone. The
+    Limits: where neighbouring functions differ the map has a seam. The lookup continues across a
+    seam, at the nearest texel there, but a texel on the seam itself sees one side only. The
     analysis and the rasterization take longer than those of `RectilinearWarp`.
 
     Parameters
@@ -216,27 +219,27 @@ class NonOrthogonalWarp(WarpMethod):
     importance_resolution : int
         Cells along each side of the map where receivers are counted, and of each function.
     function_count : int, optional
-        Functions along each axis. The papers' is `importance_resolution`, which is also the most.
-        None: 16, or as many as there are cells; all with ``rasterization="linear"``, whose straight
-        edges come near the warp's only where neighbouring functions are alike. More
-        leave fewer wrong pixels and take longer; a larger map wins more for the time.
+        Functions along each axis, at most `importance_resolution`, which is the papers'. None: 16,
+        or as many as there are cells; with ``rasterization="linear"`` all of them, because its
+        straight edges follow the warp only where neighbouring functions are alike. More functions
+        leave fewer misclassified pixels and take longer; a larger map gains more for the same time.
     smoothing : float, optional
         Standard deviation, in cells, of the weighted average of counts among neighbouring rows
         (columns). None: a thirty-second of `importance_resolution`, less the rows that share a
         function.
     exponent : float
-        From 0 to 1: the power of its count that a cell is worth. 1 is the papers'; less of it gives
-        more texels to what is thinly covered.
+        From 0 to 1: a cell counts as this power of its receivers. 1 is the papers'; less gives more
+        texels to what few receivers cover.
     even_share : float
-        From 0 to 1: the part of each function that is the identity, so that nothing is squeezed
-        farther than to this part of its size. 0 is the papers'.
+        From 0 to 1: the part of each function that is the identity, so that nothing shrinks to less
+        than this part of its size. 0 is the papers'.
 
     The others are those of `WarpMethod`.
 
     References
     ----------
     T. Milet, J. Navrátil, P. Zemčík, "An improved non-orthogonal texture warping for better shadow
-    rendering", WSCG 2015; J. Navrátil's doctoral thesis, chapter 5.
+    rendering", WSCG 2015; J. Navrátil's doctoral thesis, chapter 4.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Methods that look up no shadow map: no pixel is known to be wrong, or single ones."""
+"""Methods that look up no shadow map, and misclassify no pixel, or a few."""
 
 from __future__ import annotations
 
@@ -20,27 +20,26 @@ class RayTraced(ShadowMethod):
 
     .. math:: p + t d, \\quad 0 < t < t_{light}
 
-    Positions are relative to the eye in float32; edges take in what their rounding may hide, and a
-    triangle counts only where it is beyond the rounding of the receiver. The traversal finds the
-    triangles whose boxes, grown by all roundings, the ray meets; the same test decides about them
-    whichever it is. No pixel is known to differ from `reference` but its ties.
+    Positions are float32, relative to the eye. Edges are widened by what rounding may hide, and a
+    triangle counts only if it is farther from the receiver than rounding can tell. The traversal
+    finds the triangles whose boxes, grown by all roundings, the ray meets; the same test decides
+    about them in either traversal. No pixel is known to differ from `reference` but its ties.
 
-    Limits: what is searched is built when the scene is new or its vertices have moved: the
-    hierarchy of ``"compute"`` on the CPU, which then is most of the frame, that of ``"hardware"``
-    by the device. A ray that meets 65,000 boxes and triangles or more is a `DeviceError`.
+    Limits: the hierarchy is built when the scene is new or its vertices have moved. For
+    ``"compute"`` this is done on the CPU, and takes most of that frame; for ``"hardware"`` the
+    device does it. A ray that meets 65,000 boxes and triangles or more is a `DeviceError`.
 
     Parameters
     ----------
     traversal : {"auto", "compute", "hardware"}
-        Who finds the triangles.
+        How the triangles are found.
 
-        - ``"compute"``: a shader walks a bounding volume hierarchy; on every device.
-        - ``"hardware"``: the ray queries of the device, through boxes of its acceleration
-          structure.
-        - ``"auto"``: hardware on a GPU that has ray queries, else compute. A driver on the CPU is
-          faster with compute.
+        - ``"compute"``: a shader walks a bounding volume hierarchy, on every device.
+        - ``"hardware"``: by the ray queries of the device.
+        - ``"auto"``: hardware on a GPU that has ray queries, else compute, which is faster on a
+          CPU.
 
-        `Frame.stats` and `Frame.timings` tell which it was: ``"shadow rays"`` is compute, ``"ray
+        `Frame.stats` and `Frame.timings` say which it was: ``"shadow rays"`` is compute, ``"ray
         queries"`` is hardware.
 
     Raises
@@ -69,32 +68,30 @@ class RayTraced(ShadowMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class Exact(ShadowMethod):
-    """An irregular z-buffer: every pixel right, and nothing kept between frames.
+    """An irregular z-buffer: no misclassified pixel, and no hierarchy to build.
 
-    A shadow map settles most receivers in shadow: the triangle in their texel meets their own light
-    ray. The others are listed in the texels of the light's grid that they fall in. Each caster is
-    tested against the receivers listed in the texels that it may touch, in each receiver's own
-    light ray, relative to the receiver: receiver ``p`` with the vector ``d`` towards the light is
-    in shadow where another triangle meets
+    A shadow map finds most receivers that are in shadow: the triangle in their texel meets their
+    own light ray. Each of the others is listed in the texel of the light's grid that it falls in.
+    Each caster is tested against the receivers listed in the texels that it may touch. Receiver
+    ``p`` with the vector ``d`` towards the light is in shadow where another triangle meets
 
     .. math:: p + t d, \\quad 0 < t < t_{light}
 
-    so that neither the resolution nor the warp changes a pixel: they share out the work. No pixel
-    is known to differ from `reference` but its ties.
+    This test does not depend on the grid, so neither its resolution nor its warp changes a pixel;
+    they only distribute the work. No pixel is known to differ from `reference` but its ties.
 
-    Limits: time grows with the casters near lit receivers, whether they shadow them or not. Lists
-    of more than 8 million receivers are made in several pieces. A view in which millions of
-    receivers fall in one tile of texels may need more items of work than a device allows, which is
-    a `DeviceError`; a warp spreads them.
+    Limits: time grows with the casters near lit receivers, whether they shadow them or not. If
+    millions of receivers fall in one tile of texels, more work may be needed than the device can
+    list, which is a `DeviceError`; a warp spreads them.
 
     Parameters
     ----------
     resolution : int, optional
         Texels along each side of the grid, at most 4096. None: about two texels to a receiver.
     warp : {"none", "rtw", "notw"}
-        How the texels are spread: evenly over the receivers' box, as by `RectilinearWarp` or as by
-        `NonOrthogonalWarp`. A warp shortens the lists where many receivers share a texel, and
-        widens the bounds of casters.
+        How the grid is warped: not at all, as by `RectilinearWarp`, or as by `NonOrthogonalWarp`. A
+        warp shortens the lists where many receivers share a texel, and widens the bounds of
+        casters.
 
     References
     ----------
@@ -116,25 +113,25 @@ class Exact(ShadowMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class ShadowVolumes(ShadowMethod):
-    """Volumes behind triangles, counted beyond each point on the rasterization hardware (z-fail).
+    """The volumes behind triangles, counted at each receiver by the hardware rasterizer (z-fail).
 
-    A triangle, turned to face the light, shades the volume between itself, the planes through its
+    A triangle, oriented to face the light, shades the volume between itself, the planes through its
     edges and the light, and infinity. A receiver ``p`` is inside as many volumes as its line of
     sight leaves beyond it, less those that it enters there,
 
     .. math:: n(p) = \\sum_{faces \\, beyond \\, p} \\pm m, \\quad
               m = \\sum_{triangles \\, of \\, an \\, edge} \\pm 1,
 
-    and in shadow where ``n`` is positive, wherever light and camera are. Sides are drawn of the
-    silhouettes alone, the edges where the triangles turned to the light do not cancel (``m`` is not
-    0), so that meshes may be closed or open and an edge may have any number of triangles. A
-    triangle never shadows itself, and no bias is needed: nothing visible is nearer than the
-    receiver, and whether a side is beyond it is asked of the plane through edge and light.
+    and in shadow where ``n`` is positive, wherever light and camera are. Only silhouettes have
+    sides: the edges whose triangles, oriented to the light, do not cancel (``m`` is not 0). So
+    meshes may be closed or open, and an edge may have any number of triangles. A triangle never
+    shadows itself, and no bias is needed: nothing visible is nearer than the receiver, and the
+    plane through edge and light says whether a side is beyond it.
 
-    Limits: the hardware rounds corners to 1/256 of a pixel, so that single pixels at outlines of
-    triangles and volumes may be wrong: 279 of 13.5 million in 143 views of eight scenes at
-    480 x 270, at most 16 in one view. Time grows with the area of all volumes in the
-    image. Edges are found on the CPU when the scene is new or its vertices have moved.
+    Limits: the hardware rounds corners to 1/256 of a pixel, so that a few pixels at outlines of
+    triangles and volumes are misclassified; docs/results counts them. Time grows with the area of
+    all volumes in the image. Edges are found on the CPU when the scene is new or its vertices have
+    moved.
 
     Raises
     ------
