@@ -1,7 +1,7 @@
 //! The methods: one method, one paper, one file. This is the only list of them.
 //!
 //! A method is straight-line code from handles to a visibility image: it fits a projection and calls
-//! passes. See CONTRIBUTING.md, "How to add a method".
+//! passes. CONTRIBUTING.md has the recipe for another one.
 
 mod cascades;
 pub mod cube;
