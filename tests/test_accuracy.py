@@ -34,7 +34,7 @@ def folder(tmp_path, view):
     return tmp_path
 
 
-def test_the_command_writes_every_view_and_goes_on(folder, capfd):
+def test_accuracy_command_writes_every_view_and_resumes(folder, capfd):
     path = folder / "table.csv"
     arguments = [
         "lab",
@@ -106,7 +106,7 @@ def test_methods_kinds_and_scenes_can_be_named(folder, capfd):
 
 
 def test_embree_stops_at_the_light(view):
-    """A lid above the lamp takes no light from the floor."""
+    """A lid above the light takes nothing from the floor."""
     scene, camera, _ = view
     low, high = scene.bounds
     lid = np.array([[low[0], 9, low[2]], [high[0], 9, low[2]], [high[0], 9, high[2]]])
@@ -195,7 +195,7 @@ def test_kept_tables_are_small():
     assert sum(path.stat().st_size for path in RESULTS.rglob("*.*")) < 1_000_000
 
 
-def test_no_pixel_was_wrong_that_is_promised_right():
+def test_kept_accuracy_tables_have_no_misclassified_pixel():
     table = read(RESULTS / "accuracy" / "480x270.parquet")
     wrong = table.groupby("method")["misclassified"].sum()
     assert wrong["exact"] == wrong["ray_traced"] == 0

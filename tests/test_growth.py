@@ -7,7 +7,7 @@ from lixel.lab import growth
 from lixel.lab.result_tables import read
 
 
-def test_each_step_of_both_series_has_a_row_for_each_method(tmp_path, monkeypatch, capsys):
+def test_growth_command_writes_both_series(tmp_path, monkeypatch, capsys):
     path = tmp_path / "growth.csv"
     monkeypatch.setattr(growth, "SUBDIVISIONS", (0, 1))
     monkeypatch.setattr(growth, "SIZES", ((32, 20), (64, 40)))

@@ -31,7 +31,7 @@ def with_tables(monkeypatch):
 
 
 @pytest.mark.parametrize("each", papers.TABLES.values(), ids=lambda each: each.name)
-def test_tables_are_whole(each):
+def test_paper_tables_have_a_figure_for_each_column(each):
     columns = each.stages or each.scenes
     assert each.base in {row.name for row in each.rows}
     assert len({row.name for row in each.rows}) == len(each.rows)
@@ -45,7 +45,7 @@ def test_tables_are_whole(each):
         assert all(figures)
 
 
-def test_rows_stand_beside_the_papers_figures(with_tables, tmp_path, capfd):
+def test_measured_rows_are_beside_the_papers_figures(with_tables, tmp_path, capfd):
     with_tables(
         Table(
             "small", "Small", "nobody, 2000", base="SM", without=(passes.VISIBILITY,), path=2,
@@ -142,7 +142,7 @@ def test_an_unknown_table_is_refused(capfd):
     assert "table must be one of rosen-1" in capfd.readouterr().err
 
 
-def test_rows_without_a_figure_of_the_paper_stand_beside_the_others(with_tables, capfd):
+def test_rows_without_a_figure_of_the_paper_are_measured(with_tables, capfd):
     with_tables(
         Table(
             "straight", "Straight", "nobody, 2000", base="rtw, not split",

@@ -30,7 +30,7 @@ pytestmark = pytest.mark.filterwarnings(
 )
 
 
-def test_each_peer_has_a_share():
+def test_every_peer_has_a_bound():
     assert list(SHARES) == list(peers.PEERS)
 
 
@@ -57,7 +57,7 @@ def name(request):
     return request.param
 
 
-def test_few_pixels_of_a_row_are_wrong(name, scene, camera, monkeypatch):
+def test_peers_misclassify_few_pixels(name, scene, camera, monkeypatch):
     monkeypatch.setattr(peers, "PEERS", {name: peers.PEERS[name]})
     rows = peers.measure(
         scene, camera, scene.lights["default"], lx.Uniform(resolution=64), repeats=1
@@ -66,7 +66,7 @@ def test_few_pixels_of_a_row_are_wrong(name, scene, camera, monkeypatch):
     assert rows[1]["% of covered"] < 100 * SHARES[name]
 
 
-def test_each_frame_is_of_its_own_camera(name, scene, camera):
+def test_peers_render_each_camera(name, scene, camera):
     light = scene.lights["default"]
     render = peers.PEERS[name][1](scene, light)
     other = lx.Camera(scene.cameras["default"].pose, yfov=0.6, width=150, height=200)
@@ -77,7 +77,7 @@ def test_each_frame_is_of_its_own_camera(name, scene, camera):
         assert wrong < SHARES[name] * truth.covered.sum()
 
 
-def test_pixels_that_are_not_square_are_rendered_or_refused(name, scene, camera):
+def test_peers_render_or_refuse_pixels_that_are_not_square(name, scene, camera):
     light = scene.lights["default"]
     render = peers.PEERS[name][1](scene, light)
     odd = lx.Camera(camera.pose, focal=(150, 180), centre=(100, 90), width=240, height=160)

@@ -5,7 +5,7 @@ shadows fall in the same places and the same direction. Cameras and light poses 
 
 What it cannot show: which of the two is right in a pixel. pyrender has one map of 2048 x 2048
 texels around the whole scene, a slope-dependent bias and a 3 x 3 filter; 3 to 7 % of its pixels are
-wrong. So the bounds here are wide, and the exact judge is tests/test_peers_embree.py.
+wrong. So the bounds here are wide, and the exact judge is tests/test_reference_against_embree.py.
 """
 
 import os

@@ -27,8 +27,8 @@ SUITE = """
         seen = np.where(np.isnan(TRUTH), np.nan, value)
         with pytest.raises(AssertionError):
             assert_shadows_match(seen, TRUTH)
-        assert_shadows_match(seen, TRUTH, max_wrong=2)
-        assert_shadows_match(seen, TRUTH, max_wrong=0.1)
+        assert_shadows_match(seen, TRUTH, max_misclassified=2)
+        assert_shadows_match(seen, TRUTH, max_misclassified=0.1)
 """
 
 
@@ -85,22 +85,22 @@ def test_an_integer_is_pixels_and_a_float_a_share():
     truth = np.ones((10, 10), np.float32)
     seen = truth.copy()
     seen[0, :3] = 0.0
-    assert_shadows_match(seen, truth, max_wrong=3)
-    assert_shadows_match(seen, truth, max_wrong=np.int64(3))
-    assert_shadows_match(seen, truth, max_wrong=0.03)
+    assert_shadows_match(seen, truth, max_misclassified=3)
+    assert_shadows_match(seen, truth, max_misclassified=np.int64(3))
+    assert_shadows_match(seen, truth, max_misclassified=0.03)
     for limit in (2, 0.029, 0.0, 0):
         with pytest.raises(AssertionError, match="3 pixels misclassified"):
-            assert_shadows_match(seen, truth, max_wrong=limit)
+            assert_shadows_match(seen, truth, max_misclassified=limit)
 
 
 @pytest.mark.parametrize("limit", [-1, 1.0, float("nan"), float("inf")])
 def test_limits_out_of_range_are_refused(limit):
-    with pytest.raises(ValueError, match="max_wrong must be a number of pixels, or a share"):
-        assert_shadows_match([[1.0]], [[1.0]], max_wrong=limit)
+    with pytest.raises(ValueError, match="max_misclassified must be a number of pixels"):
+        assert_shadows_match([[1.0]], [[1.0]], max_misclassified=limit)
 
 
 def test_frames_and_references_are_taken(view, truth):
     frame = lx.render(*view, lx.DesiredView(resolution=2048))
-    assert_shadows_match(frame, truth, max_wrong=0.01)
+    assert_shadows_match(frame, truth, max_misclassified=0.01)
     with pytest.raises(AssertionError):
-        assert_shadows_match(lx.render(*view, lx.Uniform(resolution=4)), truth, max_wrong=5)
+        assert_shadows_match(lx.render(*view, lx.Uniform(resolution=4)), truth, max_misclassified=5)

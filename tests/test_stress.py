@@ -30,7 +30,7 @@ def test_maps_are_within_their_bounds(case):
 
 
 @pytest.mark.parametrize("limit", stress.LIMITS, ids=lambda limit: limit.cases[0])
-def test_a_known_limit_is_one_still(limit):
+def test_known_limits_are_still_limits(limit):
     """One that is gone leaves the list."""
     known = [case for case in CASES if str(case) in limit.cases]
     assert len(known) == len(limit.cases)
@@ -39,7 +39,7 @@ def test_a_known_limit_is_one_still(limit):
         assert any(stress.evaluate(case, method)["beyond"] for method in methods), str(case)
 
 
-def test_the_truth_is_more_than_ties():
+def test_references_of_hard_views_are_more_than_ties():
     """A case in which everything is a tie would test nothing."""
     for case in CASES:
         truth = lx.reference(*(case.truth or case.make)())
@@ -59,8 +59,8 @@ def test_a_wrong_picture_is_beyond_every_bound(view):
         assert (lx.compare(flat, truth).misclassified & ~inside).sum() > 10
 
 
-def test_a_layer_that_no_sample_needs_is_lit():
-    """Of the faces around this lamp, two have receivers but no shadow to be fitted to."""
+def test_scene_optimized_layer_that_no_sample_needs_is_lit():
+    """Of the faces around this light, two have receivers but no shadow to be fitted to."""
     (case,) = (case for case in CASES if case.name == "10^-4 above the floor")
     view = case.make()
     frame = lx.render(*view, lx.SceneOptimized(resolution=512, lookup="triangle"))
@@ -68,7 +68,7 @@ def test_a_layer_that_no_sample_needs_is_lit():
     assert lx.compare(frame, lx.reference(*view)).false_shadow_count == 0
 
 
-def test_what_is_skipped_changes_no_pixel():
+def test_culling_changes_no_pixel():
     table = culling.measure(repeats=1)
     assert table["same"].all(), table[~table["same"]]
     # And something is skipped, of each kind.
@@ -87,7 +87,7 @@ def test_unknown_families_and_methods_are_refused():
         stress.measure(["unknown"], ["image"])
 
 
-def test_command(capsys, tmp_path):
+def test_stress_command_prints_and_writes_the_table(capsys, tmp_path):
     table = tmp_path / "stress.csv"
     options = ["--quick", "--family", "image", "--method", "exact", "--method", "uniform"]
     assert cli.main(["lab", "stress", *options, "-o", str(table)]) == 0

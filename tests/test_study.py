@@ -38,7 +38,7 @@ def samples(path):
 # --- What a row says ---
 
 
-def test_a_row_holds_what_one_finds_by_hand(view):
+def test_study_row_is_what_single_calls_give(view):
     table = lx.study(
         view.scene,
         cameras=view.camera,
@@ -125,7 +125,7 @@ def test_bad_arguments_are_refused(given, message):
         lx.study(**{"scenes": "plane_and_box", **SMALL, **given})
 
 
-def test_a_light_is_no_camera(view):
+def test_lights_in_place_of_cameras_are_refused(view):
     with pytest.raises(TypeError, match=r"cameras\['0'\] must be a lixel.Camera"):
         lx.study(view.scene, cameras=[view.light], **SMALL)
 
@@ -152,7 +152,7 @@ def test_without_pandas_the_error_says_the_remedy(monkeypatch):
 # --- Stopped and gone on with ---
 
 
-def test_a_finished_study_measures_nothing_again(tmp_path, monkeypatch):
+def test_finished_study_measures_nothing_again(tmp_path, monkeypatch):
     journal = tmp_path / "journal.jsonl"
     first = lx.study("plane_and_box", repeats=2, journal=journal, **SMALL)
     monkeypatch.setattr(module, "sample", None)
@@ -202,7 +202,7 @@ def test_what_a_device_could_not_do_is_tried_again(tmp_path):
     assert lines(journal) == []
 
 
-def test_a_killed_study_goes_on_where_it_stopped(tmp_path):
+def test_killed_study_resumes(tmp_path):
     journal = tmp_path / "journal.jsonl"
     arguments = (
         f"'plane_and_box', methods=['uniform', 'rtw'], repeats=4, size=(64, 36), progress=False, "
@@ -246,7 +246,7 @@ def test_ctrl_c_keeps_what_there_is(monkeypatch, capfd):
 # --- Elsewhere ---
 
 METHODS = {"methods": ["uniform", "desired_view", "rtw"]}
-JUDGED = ["scene", "method", "resolution", "misclassified_count", "ssim", "repeats", "case"]
+COMPARED = ["scene", "method", "resolution", "misclassified_count", "ssim", "repeats", "case"]
 
 
 @pytest.fixture(scope="module")
@@ -271,14 +271,14 @@ def test_processes_find_the_same(here, tmp_path):
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(2, mp_context=context) as executor:
         table = study_of_two_scenes(executor, journal=journal)
-    pd.testing.assert_frame_equal(table[JUDGED], here[JUDGED])
+    pd.testing.assert_frame_equal(table[COMPARED], here[COMPARED])
     assert set(samples(journal).values()) == {1}
 
 
 def test_threads_find_the_same(here):
     with concurrent.futures.ThreadPoolExecutor(2) as executor:
         table = study_of_two_scenes(executor)
-    pd.testing.assert_frame_equal(table[JUDGED], here[JUDGED])
+    pd.testing.assert_frame_equal(table[COMPARED], here[COMPARED])
 
 
 # Dask's packages leave sockets to the garbage collector, and warn about one another.
@@ -302,7 +302,7 @@ def test_a_dask_cluster_finds_the_same(here, tmp_path):
         assert os.getpid() not in pids
         rendered = client.run(lambda: "lixel" in sys.modules)
         assert any(rendered.values())
-    pd.testing.assert_frame_equal(table[JUDGED], here[JUDGED])
+    pd.testing.assert_frame_equal(table[COMPARED], here[COMPARED])
     assert set(samples(journal).values()) == {1}
 
 
@@ -357,7 +357,7 @@ def test_the_cases_of_a_view_travel_together(suns, methods, tasks):
 # --- On the command line ---
 
 
-def test_the_command_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
+def test_study_command_resumes(tmp_path, capfd):
     output = tmp_path / "table.csv"
     command = [
         *("lab", "study", "plane_and_box", "needles", "--size", "64x36", "--repeats", "2"),
@@ -379,7 +379,7 @@ def test_the_command_makes_a_study_and_goes_on_with_it(tmp_path, capfd):
     assert len(lines(tmp_path / "table.csv.jsonl")) == 16
 
 
-def test_the_command_takes_every_view_of_a_file(tmp_path, capfd):
+def test_study_command_takes_every_view_of_a_file(tmp_path, capfd):
     views = tmp_path / "views.json"
     camera = {"eye": [1, 2, 3], "target": [0, 0, 0], "fov_y_deg": 60}
     lights = [{"kind": "directional", "direction": d} for d in ([0, -2, 0], [1, -2, 0])]
@@ -396,7 +396,7 @@ def test_the_command_takes_every_view_of_a_file(tmp_path, capfd):
     assert table[["camera", "light"]].values.tolist() == [[0, 0], [0, 1], [1, 0], [1, 1]]
 
 
-def test_the_command_draws_time_against_error(tmp_path):
+def test_study_command_draws_time_against_error(tmp_path):
     picture = tmp_path / "plot.png"
     command = ["lab", "study", "plane_and_box", "--size", "64x36", "--repeats", "1"]
     assert cli.main([*command, "--resolution", "64", "--plot", str(picture)]) == 0
@@ -404,6 +404,6 @@ def test_the_command_draws_time_against_error(tmp_path):
 
 
 @pytest.mark.parametrize("option", ["-o", "--plot"])
-def test_the_command_refuses_an_output_before_the_work(option, tmp_path, capfd):
+def test_study_command_refuses_an_output_before_the_work(option, tmp_path, capfd):
     assert cli.main(["lab", "study", "plane_and_box", option, str(tmp_path / "table.xlsx")]) == 2
     assert "must end in ." in capfd.readouterr().err

@@ -4,10 +4,10 @@ pytest finds it by its entry point; nothing needs to be imported. In a test::
 
     def test_shadows_of_my_renderer(assert_shadows_match):
         truth = lx.reference(scene, camera, light)
-        assert_shadows_match(my_renderer(scene, camera, light), truth, max_wrong=0.001)
+        assert_shadows_match(my_renderer(scene, camera, light), truth, max_misclassified=0.001)
 
-On failure the picture with the wrong pixels in red is in the test's `tmp_path`, or in the folder of
-``--lixel-artifacts``, named after the test.
+On failure the picture with the misclassified pixels in red is in the test's `tmp_path`, or in the
+folder of ``--lixel-artifacts``, named after the test.
 """
 
 from __future__ import annotations
@@ -50,12 +50,14 @@ def assert_shadows_match(request: pytest.FixtureRequest, tmp_path: Path) -> Call
         visibility: npt.ArrayLike | Receivers,
         reference: Reference | npt.ArrayLike,
         *,
-        max_wrong: int | float = 0,
+        max_misclassified: int | float = 0,
     ) -> None:
         __tracebackhide__ = True
         number = next(numbers)
         folder.mkdir(parents=True, exist_ok=True)
         picture = folder / f"{stem}{f'-{number}' if number > 1 else ''}.png"
-        testing.assert_shadows_match(visibility, reference, max_wrong=max_wrong, picture=picture)
+        testing.assert_shadows_match(
+            visibility, reference, max_misclassified=max_misclassified, picture=picture
+        )
 
     return check

@@ -65,11 +65,9 @@ def study(
 ) -> pandas.DataFrame:
     """Measure every combination of scenes, cameras, lights, methods and parameters.
 
-    Each case is rendered once from its own camera and compared with `reference`. Then come
-    `repeats` timed frames, each from the camera moved by a hair so that nothing is kept from the
-    frame before. The cases of a scene take turns, frame by frame, so that a drift of the machine
-    hits all alike. A case that cannot be rendered, such as a method that does not have the kind of
-    light, gets a row with the reason in ``error``.
+    Each case is rendered once and compared with `reference`. Then come `repeats` timed frames, each
+    from the camera moved by a hair, so that nothing is kept from the frame before. The cases of a
+    scene take turns, so that a drift of the machine hits all alike.
 
     Parameters
     ----------
@@ -90,13 +88,13 @@ def study(
     repeats : int
         Timed frames of each case.
     journal : path, optional
-        A file to which every sample is appended as a line of JSON. A study that finds samples of
-        its own there goes on where the last one stopped.
+        A file to which every sample is appended as a line of JSON. A study that finds its own
+        samples there resumes.
     executor : concurrent.futures.Executor, optional
         Where the cases run, for example a ProcessPoolExecutor with the start method ``"spawn"``, or
-        ``dask.distributed.Client(...).get_executor()``; None: here, one after the other. Workers
-        that share a device disturb each other's times, but not each other's errors. Scenes given as
-        objects travel with each task; files must be there for each worker.
+        ``dask.distributed.Client(...).get_executor()``; None: here. Workers that share a device
+        disturb each other's times, but not each other's errors. Scenes given as objects travel with
+        each task; files must be there for each worker.
     progress : bool
         Show progress on stderr: a bar where tqdm is installed.
 
@@ -113,11 +111,10 @@ def study(
         - The numbers of `Comparison.as_dict`: ``misclassified_count``, ``false_lit_count``,
           ``false_shadow_count``, rates, ``ssim``, ``edge_displacement_mean`` and ``_p95`` in
           pixels, and others.
-        - ``aliasing_largest``: `Frame.largest_aliasing_error`.
-        - ``aliasing_median``, ``aliasing_p95``: of `Frame.aliasing_error` over the pixels that face
-          the light; ``aliasing_above_1``: the share of them where a texel is wider than the pixel.
+        - ``aliasing_largest``: `Frame.largest_aliasing_error`. Of `Frame.aliasing_error` over the
+          pixels that face the light: ``aliasing_median``, ``aliasing_p95``, ``aliasing_above_1``.
         - ``map_bytes``: shadow map (depth and triangle) and warp map. ``stats.NAME``: counters.
-        - ``device``, ``driver``, ``date`` (of the last frame), ``lixel``, ``error``.
+        - ``device``, ``driver``, ``date`` (of the last frame), ``lixel``; ``error``, if any.
 
         After Ctrl-C the rows hold what was measured until then, and ``attrs["complete"]`` is False.
 
@@ -135,22 +132,12 @@ def study(
     >>> table[["method", "resolution"]].values.tolist()
     [['uniform', 64], ['uniform', 128], ['rtw', 64], ['rtw', 128]]
     """
-    pandas = needs("pandas", "study")
+    needs("pandas", "study")
     repeats = count("repeats", repeats, "frames")
     cases = list(cases_of(scenes, cameras, lights, methods, parameters, size))
     log = Journal(None if journal is None else Path(journal), {case.key for case in cases})
-    samples = [
-        (case, turn)
-        for _, group in itertools.groupby(cases, key=lambda case: case.source)
-        for turn, case in itertools.product(range(repeats), list(group))
-    ]
-    missing = [(case, turn) for case, turn in samples if not log.has(case.key, turn)]
-    complete = _run(missing, executor, log, progress, len(samples))
-    rows = [row for case in cases for row in _rows(case, log.of(case.key))]
-    # Part by part, so that a parameter that only the last method has stands with the others.
-    columns = [name for part in zip(*rows, strict=True) for name in _merged(part)]
-    cells = [{name: value for part in row for name, value in part.items()} for row in rows]
-    table = pandas.DataFrame(cells, columns=columns)
+    complete = _run(cases, repeats, executor, log, progress)
+    table = _table([row for case in cases for row in _rows(case, log.of(case.key))])
     table.attrs["complete"] = complete
     return table
 
@@ -193,13 +180,20 @@ def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dic
 
 
 def _run(
-    missing: Sequence[tuple[Case, int]],
+    cases: Sequence[Case],
+    repeats: int,
     executor: concurrent.futures.Executor | None,
     log: Journal,
     progress: bool,
-    total: int,
 ) -> bool:
     """Measure the missing samples; False where Ctrl-C came first."""
+    samples = [
+        (case, turn)
+        for _, group in itertools.groupby(cases, key=lambda case: case.source)
+        for turn, case in itertools.product(range(repeats), list(group))
+    ]
+    missing = [(case, turn) for case, turn in samples if not log.has(case.key, turn)]
+    total = len(samples)
     done = total - len(missing)
     try:
         if executor is None:
@@ -280,6 +274,14 @@ def _samples(task: Sequence[tuple[Case, int]]) -> list[Record]:
 # --- The table ---
 
 
+def _table(rows: Sequence[tuple[dict[str, Any], ...]]) -> pandas.DataFrame:
+    """Rows in parts as a table: part by part, so that a parameter that only the last method has is
+    beside the others."""
+    columns = [name for part in zip(*rows, strict=True) for name in _merged(part)]
+    cells = [{name: value for part in row for name, value in part.items()} for row in rows]
+    return needs("pandas", "study").DataFrame(cells, columns=columns)
+
+
 def _rows(case: Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, Any], ...]]:
     """A row for each device, in parts."""
     by_device: dict[tuple[str, str], list[Record]] = defaultdict(list)
@@ -320,7 +322,7 @@ def _rows(case: Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, Any
 
 
 def _merged(orders: Iterable[Iterable[str]]) -> list[str]:
-    """All names, each where those around it stand: passes in the order in which they run."""
+    """All names, each between its neighbours: passes in the order in which they run."""
     merged: list[str] = []
     for order in orders:
         after = 0

@@ -36,7 +36,7 @@ def test_percentages_and_the_worst_tenth():
     assert rows[0]["mean of the worst tenth"] == 19.5
 
 
-def test_rows_are_laid_out_as_in_the_paper():
+def test_table_1_is_laid_out_as_in_the_paper():
     """Each row's lights are the worst of its own method."""
     names = list(chong_gortler.methods(64))
     wrong = np.full((len(names), 20), 10.0)
@@ -59,7 +59,7 @@ def small(monkeypatch):
     return scene
 
 
-def test_the_command_prints_a_row_for_each_method_and_goes_on(small, capsys, tmp_path, monkeypatch):
+def test_papers_command_prints_table_1_and_resumes(small, capsys, tmp_path, monkeypatch):
     assert cli.main([*TABLE_1, "--lights", "2", "-o", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     for name in chong_gortler.methods(200):
@@ -107,7 +107,7 @@ def test_a_folder_of_another_experiment_is_refused(small, tmp_path, capsys):
     assert "--lights must come with the table chong-1 alone" in capsys.readouterr().err
 
 
-def test_times_stand_beside_the_papers(small, capsys, tmp_path, monkeypatch):
+def test_times_are_beside_the_papers(small, capsys, tmp_path, monkeypatch):
     one = {(2, 500): chong_gortler.PAPER_FPS[2, 500]}
     monkeypatch.setattr(chong_gortler, "PAPER_FPS", one)
     found = papers.measure(["chong-2", "chong-3"], quick=True, folder=tmp_path)

@@ -20,7 +20,7 @@ SNAPPING = [
     lx.RectilinearWarp(resolution=128, snap=True),
     lx.NonOrthogonalWarp(resolution=128, snap=True),
 ]
-AROUND_A_LAMP = [
+AROUND_A_POINT_LIGHT = [
     lx.DesiredView(resolution=128, snap=True),
     lx.Focused(resolution=128, snap=True),
     lx.Cube(resolution=128, snap=True),
@@ -38,7 +38,7 @@ def walk(view, frames=12):
         yield view._replace(camera=view.camera.posed(pose))
 
 
-def lamp(view):
+def point_lit(view):
     return view._replace(light=lx.PointLight((0.3, 4.0, 0.6)))
 
 
@@ -46,7 +46,7 @@ def lamp(view):
 
 
 @pytest.mark.parametrize("method", SNAPPING, **BY_NAME)
-def test_texels_hold_still_while_the_camera_moves(view, method):
+def test_snapped_texels_hold_still_while_the_camera_moves(view, method):
     """Of two maps over texels of one size, one is the other moved by whole texels."""
     sizes = set()
     pairs = 0
@@ -64,10 +64,10 @@ def test_texels_hold_still_while_the_camera_moves(view, method):
     assert len(sizes) <= 4 * len(frames[0].light_matrix)
 
 
-@pytest.mark.parametrize("method", AROUND_A_LAMP, **BY_NAME)
-def test_maps_around_a_lamp_hold_still(view, method):
+@pytest.mark.parametrize("method", AROUND_A_POINT_LIGHT, **BY_NAME)
+def test_snapped_maps_around_a_point_light_hold_still(view, method):
     """The image is a window over a wider picture: what two frames both see has one answer."""
-    here = lamp(view)
+    here = point_lit(view)
     pictures = []
     for i in range(6):
         camera = lx.Camera(
@@ -160,7 +160,7 @@ def test_counts_are_kept_when_the_map_grows(view):
 @pytest.mark.parametrize("warp", WARPS, **BY_NAME)
 @pytest.mark.parametrize("fit", ["desired_view", "min_sm", "lispsm", "cube"])
 def test_every_fit_with_a_matrix_takes_the_frame_before(view, warp, fit):
-    lit = lamp(view) if fit == "cube" else view
+    lit = point_lit(view) if fit == "cube" else view
     method = warp(fit=fit, importance_resolution=64)
     frame = lx.render(*lit, method)
     for moved in itertools.islice(walk(lit), 1, 3):
@@ -191,7 +191,7 @@ def test_a_previous_that_cannot_be_one_is_refused(view):
         lx.RectilinearWarp(blend=1.5)
     round_one = lx.RectilinearWarp(fit="dual_paraboloid", previous=frame)
     with pytest.raises(ValueError, match="not with paraboloids"):
-        lx.render_shadows(*lamp(view), round_one)
+        lx.render_shadows(*point_lit(view), round_one)
 
 
 # --- Flicker ---
@@ -218,14 +218,14 @@ def test_exact_shadows_change_as_the_reference_does():
         assert table["flicker"][1] > 0.0
 
 
-def test_what_cannot_be_measured_is_refused():
+def test_flicker_refuses_unknown_motions_and_few_frames():
     with pytest.raises(ValueError, match=r"motion must be one of pan, walk, light, got 'run'"):
         flicker.measure(["run"])
     with pytest.raises(ValueError, match="frames must be at least 2, got 1"):
         flicker.measure(frames=1)
 
 
-def test_the_command_prints_the_table(capsys, tmp_path):
+def test_flicker_command_prints_and_writes_the_table(capsys, tmp_path):
     path = tmp_path / "flicker.csv"
     line = ["lab", "flicker", "--frames", "3", "--method", "uniform", "--method", "exact"]
     assert cli.main([*line, "-o", str(path)]) == 0
