@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::methods::fit_uniform;
-use crate::projection::{Kind, Projection};
+use crate::projection::Projection;
 use crate::render::RenderedLayer;
 use crate::scene::Scene;
 use crate::warp::Warp;
@@ -44,9 +44,9 @@ pub fn aliasing_error(
             let scale = layer.warp.as_ref().map_or(DVec2::ONE, |warp| {
                 warp.scale(map.texel_from_point(point).truncate() / size)
             });
-            let area_of_texel = map.texel_area(steps, point) / (scale.x * scale.y);
+            let area_of_texel = map.kind.texel_area(map, steps, point) / (scale.x * scale.y);
             let width_of_texel = area_of_texel.sqrt();
-            let width_of_pixel = image.texel_area(&image_steps, point).sqrt();
+            let width_of_pixel = image.kind.texel_area(&image, &image_steps, point).sqrt();
             let cosines = normal.dot(to_eye).abs() / normal.dot(to_light).abs();
             (width_of_texel / width_of_pixel * cosines) as f32
         })
@@ -77,7 +77,7 @@ pub fn largest_aliasing_error(camera: &Camera, layers: &[RenderedLayer], depths:
         let depth = near * (far / near).powf(f64::from(slice) / f64::from(FRUSTUM_STEPS - 1));
         let (eye, ray) = image.ray_from_texel(size * DVec2::new(share(column), share(row)));
         let point = eye + ray * depth;
-        let width_of_pixel = image.texel_area(&image_steps, point).sqrt();
+        let width_of_pixel = image.kind.texel_area(&image, &image_steps, point).sqrt();
         let mut own = layers
             .iter()
             .filter(|layer| layer.fitted.region.contains(point));
@@ -94,7 +94,7 @@ fn sides_of_texel(layer: &RenderedLayer, point: DVec3) -> Option<DVec2> {
     let (texel, depth) = (there.truncate(), there.z);
     let size = DVec2::new(f64::from(map.width), f64::from(map.height));
     let is_inside = texel.cmpge(DVec2::ZERO).all() && texel.cmple(size).all();
-    if !is_inside || (map.kind != Kind::Parallel && depth <= 0.0) {
+    if !is_inside || (map.kind.is_central() && depth <= 0.0) {
         return None;
     }
     let warp = layer.warp.as_ref();
@@ -126,18 +126,15 @@ pub fn max_effective_resolution(
 ) -> DVec2 {
     let resolutions = layers.iter().map(|layer| {
         let map = &layer.fitted.projection;
-        let lengths = map.smallest_texel();
-        let resolution = match map.kind {
-            Kind::Parallel => {
+        let lengths = map.kind.smallest_texel(map);
+        let resolution = match map.kind.face_width() {
+            Some(width) => width / lengths,
+            None => {
                 let direction = -light.vector_from_point(camera.eye);
                 // One texel: its steps are the sides of the box.
                 let uniform = fit_uniform(scene, camera.eye, direction, 1).steps();
                 DVec2::new(uniform.x_axis.length(), uniform.y_axis.length()) / lengths
             }
-            // A face is two units of its plane wide.
-            Kind::Perspective => 2.0 / lengths,
-            // A unit of a paraboloid's plane is two of a face where they touch.
-            Kind::Paraboloid => 1.0 / lengths,
         };
         resolution * layer.warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)
     });

@@ -20,6 +20,7 @@ pub mod fits;
 pub mod frustum;
 pub mod geometry;
 pub mod gpu;
+pub mod lanes;
 pub mod light;
 pub mod methods;
 pub mod projection;

@@ -1,6 +1,6 @@
 //! Fits of maps to the receivers: the step before a map or a warp.
 
-use super::central::{cone_layer, cube_faces, fit_box, fit_square, plane_radius};
+use super::central::{cone_layer, cube_faces, fit_box, fit_square};
 use super::parallel::{self, axes_at, projected_box};
 use super::rotation::{parallel_off_edges, turned};
 use super::snapping::snapped;
@@ -14,7 +14,7 @@ use crate::methods::lispsm::LightSpacePerspective;
 use crate::methods::scene_optimized::SceneOptimized;
 use crate::methods::spot::fit_spot;
 use crate::methods::view::{Fitted, View};
-use crate::projection::{Kind, Projection};
+use crate::projection::Projection;
 use crate::region::Region;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use std::f64::consts::SQRT_2;
@@ -153,11 +153,9 @@ pub fn boxed_layers(
             continue;
         };
         let Fitted { projection, region } = layer;
-        let projection = match projection.kind {
-            Kind::Parallel => parallel_box(view, &projection, corners, cut, resolution),
-            Kind::Perspective | Kind::Paraboloid => {
-                central_map(view, &projection, &region, corners, cut, resolution)
-            }
+        let projection = match projection.kind.is_central() {
+            false => parallel_box(view, &projection, corners, cut, resolution),
+            true => central_map(view, &projection, &region, corners, cut, resolution),
         };
         fitted.push(Fitted { projection, region });
     }
@@ -167,9 +165,9 @@ pub fn boxed_layers(
 /// Corners that no receiver of a layer is beyond.
 pub fn whole_layer(view: &View, axes: &Projection) -> (DVec3, DVec3) {
     let side = DVec2::splat(2.0);
-    match axes.kind {
-        Kind::Parallel => projected_box(axes, view.scene.bounds()),
-        Kind::Perspective | Kind::Paraboloid => ((-side).extend(axes.near), side.extend(axes.far)),
+    match axes.kind.is_central() {
+        false => projected_box(axes, view.scene.bounds()),
+        true => ((-side).extend(axes.near), side.extend(axes.far)),
     }
 }
 
@@ -206,7 +204,7 @@ fn central_map(
 ) -> Projection {
     // The unit square of the plane holds a pyramid or half of space.
     let widest = match view.light.cone() {
-        Some(cone) if region.is_everywhere() => plane_radius(axes.kind, cone.cosine.acos()),
+        Some(cone) if region.is_everywhere() => axes.kind.plane_radius(cone.cosine.acos()),
         _ => 1.0,
     };
     let distances = (view.camera.eye - axes.origin).length() + corners.1.z;

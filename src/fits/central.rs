@@ -5,7 +5,7 @@ use super::snapping::snapped;
 use crate::camera::Camera;
 use crate::light::Cone;
 use crate::methods::view::Fitted;
-use crate::projection::{Kind, Projection};
+use crate::projection::{Kind, Paraboloid, Perspective, Projection};
 use crate::region::{HalfSpace, Region};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -21,17 +21,15 @@ const MAX_TOUCHED: usize = 30;
 const STEPS_TO_MIDDLE: u32 = 400;
 
 /// Axes without a size: perspective or paraboloid with one texel to the unit, y down.
-pub fn central_axes(kind: Kind, origin: DVec3, direction: DVec3) -> Projection {
+pub fn central_axes(kind: impl Into<Kind>, origin: DVec3, direction: DVec3) -> Projection {
     let (right, up, forward) = light_axes(direction);
     Projection {
-        kind,
+        kind: kind.into(),
         origin,
         x_axis: right,
         y_axis: -up,
         z_axis: forward,
         centre: DVec2::ZERO,
-        scale: DVec2::ONE,
-        homography: None,
         width: 1,
         height: 1,
         near: NEAR_SHARE,
@@ -42,7 +40,7 @@ pub fn central_axes(kind: Kind, origin: DVec3, direction: DVec3) -> Projection {
 
 /// Axes whose depths end at the farthest corner of a box of the world.
 pub fn axes_for_scene(
-    kind: Kind,
+    kind: impl Into<Kind>,
     origin: DVec3,
     direction: DVec3,
     (low, high): (DVec3, DVec3),
@@ -66,7 +64,7 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
     let directions = [DVec3::X, DVec3::Y, DVec3::Z];
     let both_ways = directions.into_iter().flat_map(|axis| [axis, -axis]);
     let faces = both_ways.map(|direction| {
-        let axes = axes_for_scene(Kind::Perspective, position, direction, scene);
+        let axes = axes_for_scene(Perspective, position, direction, scene);
         let projection = Projection {
             x_axis: cube * axes.x_axis,
             y_axis: cube * axes.y_axis,
@@ -94,7 +92,7 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
 /// Two paraboloids back to back, each with its half of space; the first looks along the axis.
 pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
     let halves = [axis, -axis].map(|forward| Fitted {
-        projection: axes_for_scene(Kind::Paraboloid, position, forward, scene),
+        projection: axes_for_scene(Paraboloid::UNIT, position, forward, scene),
         region: Region::new(vec![HalfSpace {
             origin: position,
             normal: forward,
@@ -105,21 +103,12 @@ pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<F
 
 /// One layer for a cone of light: perspective, or a paraboloid where it is wide.
 pub fn cone_layer(position: DVec3, cone: Cone, scene: (DVec3, DVec3)) -> Fitted {
-    let kind = if cone.cosine >= WIDEST_PERSPECTIVE.cos() {
-        Kind::Perspective
+    let kind: Kind = if cone.cosine >= WIDEST_PERSPECTIVE.cos() {
+        Perspective.into()
     } else {
-        Kind::Paraboloid
+        Paraboloid::UNIT.into()
     };
     Fitted::everywhere(axes_for_scene(kind, position, cone.axis, scene))
-}
-
-/// Half the width of the axes' plane within an angle of the axis.
-pub fn plane_radius(kind: Kind, angle: f64) -> f64 {
-    match kind {
-        Kind::Parallel => unreachable!("parallel rays have no angle"),
-        Kind::Perspective => angle.tan(),
-        Kind::Paraboloid => (0.5 * angle).tan(),
-    }
 }
 
 /// The map whose sides are the box's, `resolution` texels each; (x, y) in the plane of the axes, which
@@ -164,20 +153,10 @@ fn sized(
     resolution: u32,
     far: f64,
 ) -> Projection {
-    let (axis_scale, plane_scale) = match axes.kind {
-        Kind::Paraboloid => (DVec2::ONE, texels_per_unit),
-        Kind::Parallel | Kind::Perspective => (texels_per_unit, DVec2::ONE),
-    };
     Projection {
-        x_axis: axes.x_axis * axis_scale.x,
-        y_axis: axes.y_axis * axis_scale.y,
-        centre: DVec2::splat(0.5 * f64::from(resolution)) - middle * texels_per_unit,
-        scale: plane_scale,
-        width: resolution,
-        height: resolution,
         near: NEAR_SHARE * far,
         far,
-        ..axes.clone()
+        ..axes.around(middle, texels_per_unit, resolution)
     }
 }
 
@@ -271,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_fitted_box_fills_the_map() {
-        for kind in [Kind::Perspective, Kind::Paraboloid] {
+        for kind in [Kind::from(Perspective), Paraboloid::UNIT.into()] {
             let axes = axes_for_scene(kind, DVec3::ONE, DVec3::NEG_Y, SCENE);
             let corners = (DVec3::new(-0.25, 0.1, 2.0), DVec3::new(0.5, 0.3, 4.0));
             let map = fit_box(&axes, corners, 1.0, 512, 1e-6, false);
@@ -311,7 +290,7 @@ mod tests {
             };
             cone_layer(DVec3::ZERO, cone, SCENE).projection.kind
         };
-        assert_eq!(layer(0.5), Kind::Perspective);
-        assert_eq!(layer(1.5), Kind::Paraboloid);
+        assert_eq!(layer(0.5), Perspective.into());
+        assert_eq!(layer(1.5), Paraboloid::UNIT.into());
     }
 }

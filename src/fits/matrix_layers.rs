@@ -10,7 +10,7 @@ use crate::frustum::visible_part;
 use crate::methods::Fitted;
 use crate::methods::parameters::FitParameters;
 use crate::methods::view::{SampledReceivers, View};
-use crate::projection::{Homography, Kind, Projection};
+use crate::projection::{Homography, Perspective, Projection};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
@@ -163,7 +163,7 @@ pub fn projection(
             centre,
             width: resolution,
             height: resolution,
-            ..axes_for_scene(Kind::Perspective, position, z_axis / length, bounds)
+            ..axes_for_scene(Perspective, position, z_axis / length, bounds)
         };
     }
     let direction = subject.rays.light().truncate();
@@ -182,7 +182,7 @@ pub fn projection(
     let (low, high) = projected_box(&axes, bounds);
     let rounding = f64::from(f32::EPSILON) * (low.abs().max(high.abs())).length();
     Projection {
-        homography: Some(Homography::new(homography * (1.0 / w), reach)),
+        kind: Homography::new(homography * (1.0 / w), reach).into(),
         centre,
         width: resolution,
         height: resolution,

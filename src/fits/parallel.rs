@@ -1,6 +1,6 @@
 //! Fits of parallel projections, for directional lights.
 
-use crate::projection::{Kind, Projection};
+use crate::projection::{Parallel, Projection};
 use glam::{DVec2, DVec3};
 
 /// Right, up and forward of a directional light, world units; `forward` is its direction. The world's
@@ -19,14 +19,12 @@ pub fn light_axes(direction: DVec3) -> (DVec3, DVec3, DVec3) {
 pub fn axes_at(origin: DVec3, direction: DVec3) -> Projection {
     let (right, up, forward) = light_axes(direction);
     Projection {
-        kind: Kind::Parallel,
+        kind: Parallel.into(),
         origin,
         x_axis: right,
         y_axis: -up,
         z_axis: forward,
         centre: DVec2::ZERO,
-        scale: DVec2::ONE,
-        homography: None,
         width: 1,
         height: 1,
         near: f64::NEG_INFINITY,
@@ -71,14 +69,12 @@ pub fn fit_box(
     let origin =
         axes.origin + axes.x_axis * middle.x + axes.y_axis * middle.y + axes.z_axis * middle.z;
     Projection {
-        kind: Kind::Parallel,
+        kind: Parallel.into(),
         origin,
         x_axis: axes.x_axis * texels_per_unit.x,
         y_axis: axes.y_axis * texels_per_unit.y,
         z_axis: axes.z_axis,
         centre: DVec2::splat(0.5 * f64::from(resolution)),
-        scale: DVec2::ONE,
-        homography: None,
         width: resolution,
         height: resolution,
         near: casters_near.min(low.z) - middle.z,

@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::fits::central::central_axes;
     use crate::fits::parallel::axes_at;
-    use crate::projection::Kind;
+    use crate::projection::Paraboloid;
     use glam::DQuat;
 
     /// A square of two triangles.
@@ -179,7 +179,7 @@ mod tests {
         let scene = scene_of(&bars.flatten().collect::<Vec<_>>());
         // Far from its axis, where its own axes are not those of its map.
         let axes = central_axes(
-            Kind::Paraboloid,
+            Paraboloid::UNIT,
             DVec3::ZERO,
             DVec3::new(0.9, 0.5, 0.2).normalize(),
         );
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn a_paraboloid_reflects_its_axes() {
         let axes = central_axes(
-            Kind::Paraboloid,
+            Paraboloid::UNIT,
             DVec3::ONE,
             DVec3::new(0.3, -0.8, 0.5).normalize(),
         );

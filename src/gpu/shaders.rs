@@ -40,8 +40,8 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/tiles"),
     file!("lib/triangles"),
     file!("lib/work_items"),
+    file!("projection/homography"),
     file!("projection/parallel"),
-    file!("projection/parallel_homography"),
     file!("projection/paraboloid"),
     file!("projection/perspective"),
     file!("stored/depth"),
@@ -160,7 +160,7 @@ mod tests {
         for file in files {
             for projection in [
                 "projection/parallel",
-                "projection/parallel_homography",
+                "projection/homography",
                 "projection/perspective",
                 "projection/paraboloid",
             ] {

@@ -22,7 +22,6 @@ use crate::fits::central::{cone_layer, cube_faces};
 use crate::gpu::passes::importance_map::{Factors, Importance};
 use crate::gpu::passes::light_grid::{LARGEST_RESOLUTION, TILE};
 use crate::gpu::passes::warp_map::{Axis, CountFit, WarpMap};
-use crate::projection::Kind;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
@@ -106,7 +105,10 @@ impl Exact {
     fn layers(&self, view: &mut View) -> Result<Vec<Fitted>> {
         let scene = view.scene.bounds();
         if let (Some(position), Some(cone)) = (view.light.position(), view.light.cone())
-            && cone_layer(position, cone, scene).projection.kind == Kind::Paraboloid
+            && !cone_layer(position, cone, scene)
+                .projection
+                .kind
+                .has_straight_edges()
         {
             return cut_layers(
                 view,

@@ -19,7 +19,6 @@ use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
 use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::{MAX_CELLS, WarpMap};
 use crate::methods::view::Fitted;
-use crate::projection::Kind;
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -183,9 +182,9 @@ impl Analysis {
         }
         let projection = &layer.projection;
         // Only where the light moves does the depth matter: that of the receivers, or halfway to them.
-        let depth = match projection.kind {
-            Kind::Parallel => 0.0,
-            Kind::Perspective | Kind::Paraboloid => 0.5 * projection.far,
+        let depth = match projection.kind.is_central() {
+            false => 0.0,
+            true => 0.5 * projection.far,
         };
         let world = projection.world_from_texel(depth).ok_or_else(|| {
             Error::Value(

@@ -30,7 +30,7 @@ use crate::fits::parallel::{self, axes_at, bounds_of, projected_box};
 use crate::fits::rotation::{cheapest, paraboloid_off_edges, quarter_in, turned, turned_place};
 use crate::geometry::smallest_rectangle;
 use crate::gpu::passes::outline::Points;
-use crate::projection::{Kind, Projection};
+use crate::projection::{Paraboloid, Projection};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -138,7 +138,7 @@ fn fit_frustum(view: &mut View, light: DVec3, resolution: u32) -> Result<Vec<Fit
     }
     let farthest = border_points.map(DVec3::length);
     let far = farthest.into_iter().fold(0.0, f64::max) * (1.0 + 1e-6);
-    let axes = axes_for_scene(Kind::Paraboloid, light, axis, scene);
+    let axes = axes_for_scene(Paraboloid::UNIT, light, axis, scene);
     let projection = fit_square(&axes, 1.001 * zoom, far.min(axes.far), resolution);
     Ok(vec![Fitted::everywhere(projection)])
 }
@@ -176,7 +176,7 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
         Cut::Receivers => Points::Samples,
     };
     // Directions to receivers, from a first paraboloid along the view.
-    let first = axes_for_scene(Kind::Paraboloid, light, view.camera.forward, scene);
+    let first = axes_for_scene(Paraboloid::UNIT, light, view.camera.forward, scene);
     let layer = Fitted::everywhere(first);
     let places = view.outline(&layer, points)?;
     let rays = places
@@ -184,7 +184,7 @@ fn fit_receivers(view: &mut View, light: DVec3, cut: Cut, resolution: u32) -> Re
         .map(|place| layer.projection.ray_from_texel(place).1);
     let directions: Vec<_> = rays.collect();
     let axis = smallest_cone_axis(&directions).unwrap_or(view.camera.forward);
-    let axes_along = |axis| axes_for_scene(Kind::Paraboloid, light, axis, scene);
+    let axes_along = |axis| axes_for_scene(Paraboloid::UNIT, light, axis, scene);
     let along_cone = axes_along(axis);
     let axes = match cut {
         Cut::Frustum | Cut::Cone => across_smallest_square(&along_cone, &directions),
@@ -334,7 +334,7 @@ mod tests {
     const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
 
     fn axes_along(axis: DVec3) -> Projection {
-        axes_for_scene(Kind::Paraboloid, DVec3::ONE, axis, SCENE)
+        axes_for_scene(Paraboloid::UNIT, DVec3::ONE, axis, SCENE)
     }
 
     #[test]

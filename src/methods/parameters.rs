@@ -8,7 +8,7 @@ use crate::fits::boxes::Cut;
 use crate::fits::matrix_layers::Fit;
 use crate::gpu::passes::lookup::{Comparison, DepthBias, Filter};
 use crate::gpu::passes::rasterize::Rasterization;
-use crate::projection::{Kind, Projection};
+use crate::projection::Projection;
 use glam::DVec3;
 
 /// Parameters of every method that has a shadow map.
@@ -117,7 +117,7 @@ impl MapParameters {
 
     /// The bias of a map, whose positions are known to `rounding`.
     pub fn depth_bias(&self, projection: &Projection, rounding: f64) -> DepthBias {
-        let texel_width = projection.beam_width();
+        let texel_width = projection.kind.beam_width(projection);
         let plane = DepthBias {
             receiver_plane: true,
             rounding,
@@ -239,18 +239,7 @@ pub const AUTO: Schema = Schema {
 /// A bound of the error of a float32 position in the light's space: positions are sums of a few
 /// terms, none larger than the distance of the eye and the size of the map's box together.
 pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
-    let depth = projection.far - projection.near;
-    let size = match (projection.kind, projection.homography) {
-        (Kind::Parallel, None) => {
-            let steps = projection.steps();
-            let width = steps.x_axis.length() * f64::from(projection.width);
-            let height = steps.y_axis.length() * f64::from(projection.height);
-            DVec3::new(width, height, depth).length()
-        }
-        (Kind::Parallel, Some(homography)) => homography.reach.hypot(depth),
-        (Kind::Perspective | Kind::Paraboloid, _) => projection.far,
-    };
-    let scale = (eye - projection.origin).length() + size;
+    let scale = (eye - projection.origin).length() + projection.kind.extent(projection);
     8.0 * f64::from(f32::EPSILON / 2.0) * scale
 }
 

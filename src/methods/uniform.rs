@@ -12,7 +12,7 @@
 use super::schema::Groups;
 use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
 use crate::error::Result;
-use crate::fits::central::{cone_layer, cube_faces, fit_square, plane_radius};
+use crate::fits::central::{cone_layer, cube_faces, fit_square};
 use crate::fits::parallel::{axes_at, bounds_of, fit_box};
 use crate::fits::rotation::parallel_off_edges;
 use crate::gpu::passes::receivers;
@@ -50,7 +50,7 @@ impl ShadowMethod for Uniform {
             }
             (Some(position), Some(cone)) => {
                 let layer = cone_layer(position, cone, scene.bounds());
-                let radius = plane_radius(layer.projection.kind, cone.cosine.acos());
+                let radius = layer.projection.kind.plane_radius(cone.cosine.acos());
                 vec![whole(layer, 1.001 * radius, resolution)]
             }
             (Some(position), None) => {

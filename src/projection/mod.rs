@@ -1,105 +1,184 @@
-//! Projections: invertible maps between points and (texel, depth), in float64.
+//! Projections: invertible maps between points and (texel, depth).
 //!
-//! The twin of `shaders/lib/projection.wgsl` and `shaders/projection/*.wgsl`; a method fits one here,
-//! the shaders use it in float32.
+//! A kind is a file here and its twin of the same name in `shaders/projection/`, and a line in the list below. What
+//! the shaders compute in float32 is written once for float64, in which methods fit, and for lanes.
+
+mod homography;
+mod paraboloid;
+mod parallel;
+mod perspective;
+
+pub use homography::Homography;
+pub use paraboloid::Paraboloid;
+pub use parallel::Parallel;
+pub use perspective::Perspective;
 
 use crate::camera::Camera;
 use crate::gpu::scene_tables::double_single;
+use crate::lanes::{Lane, V2, V3};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
+use std::ops::Deref;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident),*) => {
+        /// How a projection's rays meet its plane.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Kind {
+            $($(#[$doc])* $kind($kind)),*
+        }
+
+        impl Deref for Kind {
+            type Target = dyn ProjectionKind;
+
+            fn deref(&self) -> &Self::Target {
+                match self {
+                    $(Self::$kind(kind) => kind),*
+                }
+            }
+        }
+
+        $(impl From<$kind> for Kind {
+            fn from(kind: $kind) -> Self {
+                Self::$kind(kind)
+            }
+        })*
+    };
+}
+
+kinds! {
     /// Parallel rays along `z_axis`.
     Parallel,
+    /// The same, where texels need not be even.
+    Homography,
     /// Rays from the origin, through a plane.
     Perspective,
-    /// Rays from the origin, to all sides but one: texels lie in the plane of a stereographic
-    /// projection, which is where a paraboloid reflects them.
-    Paraboloid,
+    /// Rays from the origin, to all sides but one.
+    Paraboloid
 }
 
-/// A homography of a projection's plane: its texels need not be even.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Homography {
-    /// Takes (q.x, q.y, 1) to a homogeneous texel, centred; its last row is positive before the
-    /// map's horizon.
-    matrix: DMat3,
-    inverse: DMat3,
-    /// No receiver is farther from the projection's origin across the rays.
-    pub reach: f64,
-}
+/// What the shaders ask of a projection, by their names: functions of a point `q` in projection space, of the ray
+/// of a texel, and of planes, whose normals are covectors of projection space.
+pub trait Formulas<L: Lane> {
+    /// Where a triangle's edges and the rays are compared.
+    fn homogeneous_from_projected(&self, q: V3<L>) -> V3<L>;
+    fn centred_texel_from_projected(&self, q: V3<L>) -> V2<L>;
+    fn projected_from_ray(&self, ray: V3<L>, depth: L) -> V3<L>;
+    fn depth_from_projected(&self, q: V3<L>) -> L;
+    fn ray_from_projected(&self, q: V3<L>) -> V3<L>;
+    fn ray_from_texel(&self, centred: V2<L>) -> V3<L>;
 
-impl Homography {
-    /// # Panics
-    /// If the matrix has no inverse.
-    pub fn new(matrix: DMat3, reach: f64) -> Self {
-        let inverse = matrix.inverse();
-        assert!(inverse.is_finite());
-        Self {
-            matrix,
-            inverse,
-            reach,
-        }
+    /// The same but of any length.
+    #[inline(always)]
+    fn direction_from_texel(&self, centred: V2<L>) -> V3<L> {
+        self.ray_from_texel(centred)
     }
 
-    /// Centred texel of a place in the plane; not a number behind the horizon.
-    fn texel(&self, place: DVec2) -> DVec2 {
-        let h = self.matrix * place.extend(1.0);
-        if h.z > 0.0 {
-            h.truncate() / h.z
+    /// Coefficients of the plane through a point, at a height: the normal's product with any point of the plane.
+    fn depth_plane(&self, normal: V3<L>, q: V3<L>, height: L) -> V3<L>;
+    fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L;
+    /// Depth per texel of the plane through a point.
+    fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L>;
+    /// Depth of the plane through a point where a ray `step` texels away meets it; around a light no more than
+    /// `most` times as near or as far.
+    fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, most: L) -> L;
+    /// How much wider a texel's beam is at a point than at the depth that widths are given for.
+    fn beam_growth(&self, q: V3<L>) -> L;
+}
+
+/// What else there is to know of a kind, in float64.
+pub trait ProjectionKind: Formulas<f64> {
+    /// The file that fills the shaders' slot `projection`.
+    fn shader(&self) -> &'static str;
+
+    /// Whether a triangle's edges are lines in the map, those of `line_of_edge` in the shaders.
+    fn has_straight_edges(&self) -> bool {
+        true
+    }
+
+    /// How wide the face of a cube around the rays' origin is in the plane, where its texels are the finest; none
+    /// of parallel rays.
+    fn face_width(&self) -> Option<f64> {
+        None
+    }
+
+    /// Whether the rays come from one point.
+    fn is_central(&self) -> bool {
+        self.face_width().is_some()
+    }
+
+    /// Half the width of the axes' plane within an angle of the axis.
+    fn plane_radius(&self, _angle: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Matrices from homogeneous places in the plane to homogeneous centred texels, and back; none where
+    /// texels follow from points by no matrix.
+    fn matrices(&self) -> Option<[DMat3; 2]> {
+        Some([DMat3::IDENTITY; 2])
+    }
+
+    /// The kind with so many times the texels along each side, and what of that is left to the axes.
+    fn stretched(&self, k: DVec2) -> (Kind, DVec2);
+
+    /// The area across the ray at a point that one texel covers, in square world units; `steps` are
+    /// the projection's.
+    fn texel_area(&self, projection: &Projection, steps: &DMat3, point: DVec3) -> f64;
+
+    /// The width of the widest texel's beam in world units, at a depth of 1 where the rays part.
+    fn beam_width(&self, projection: &Projection) -> f64 {
+        self.smallest_texel(projection).max_element()
+    }
+
+    /// Lengths of the sides of the smallest texel across the axis, world units at a depth of 1 where the
+    /// rays part.
+    fn smallest_texel(&self, projection: &Projection) -> DVec2 {
+        let steps = projection.steps();
+        DVec2::new(steps.x_axis.length(), steps.y_axis.length())
+    }
+
+    /// No point of the map is farther from another one, or from the origin of the rays, in world units.
+    fn extent(&self, projection: &Projection) -> f64 {
+        projection.far
+    }
+
+    /// No coordinate of projection space is larger by magnitudes.
+    fn greatest_coordinate(&self, projection: &Projection) -> f64 {
+        // A camera may see to infinity.
+        if projection.far.is_infinite() {
+            projection.near
         } else {
-            DVec2::NAN
+            projection.far
         }
     }
 
-    fn place(&self, centred: DVec2) -> DVec2 {
-        let h = self.inverse * centred.extend(1.0);
-        h.truncate() / h.z
-    }
-
-    /// How the place moves per texel to the right and down.
-    fn steps(&self, place: DVec2) -> [DVec2; 2] {
-        let w = (self.matrix * place.extend(1.0)).z;
-        let columns = [self.inverse.x_axis, self.inverse.y_axis];
-        columns.map(|column| (column.truncate() - place * column.z) * w)
-    }
-
-    /// The least w of a map of that size around the axis, a little less: nothing nearer to the horizon
-    /// is in the map.
-    fn least_w(&self, half: DVec2) -> f64 {
-        let signs = [DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)];
-        let corners = signs.into_iter().flat_map(|sign| [sign, -sign]);
-        let inverses = corners.map(|sign| (self.inverse * (sign * half).extend(1.0)).z);
-        0.999 / inverses.fold(f64::MIN_POSITIVE.sqrt(), f64::max)
-    }
+    /// The kind's own part of what the shaders get.
+    fn fill(&self, _uniform: &mut ProjectionUniform, _projection: &Projection) {}
 }
 
-/// A projection. Projection space is `q = axes * (point - origin)`; with `c = centre`, `s = scale`,
-///
-/// | kind | texel | depth |
-/// |---|---|---|
-/// | parallel | `q.xy + c` | `q.z` |
-/// | perspective | `q.xy / q.z + c` | `q.z` |
-/// | paraboloid | `s q.xy / (\|q\| + q.z) + c` | `\|q\|` |
-///
-/// A homography moves the texels of parallel rays; that of a perspective is in its axes.
+/// A texel far outside of every map: of a point that has none.
+const NOWHERE: f64 = 1e8;
+
+/// The area across a ray of a texel whose sides are so many times the steps, which lie in the plane of constant
+/// depth: the ray meets it at an angle.
+fn area_across(steps: &DMat3, ray: DVec3, growth: f64) -> f64 {
+    let along = steps.x_axis.cross(steps.y_axis).dot(ray.normalize());
+    (along * growth * growth).abs()
+}
+
+/// A projection. Projection space is `q = axes * (point - origin)`; the kind takes it to depths and to texels
+/// around `centre`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projection {
     pub kind: Kind,
     pub origin: DVec3,
     /// Rows of the matrix from world to projection space: texels (to the right, down) per world unit,
-    /// and depth. Orthonormal for a paraboloid.
+    /// and depth. Orthonormal where the kind has a scale of its own.
     pub x_axis: DVec3,
     pub y_axis: DVec3,
     pub z_axis: DVec3,
     /// Texel coordinates of the projection's axis.
     pub centre: DVec2,
-    /// Texels per unit of a paraboloid's plane, whose unit circle is the hemisphere around the axis;
-    /// the others have their scale in their axes.
-    pub scale: DVec2,
-    /// Of parallel rays only.
-    pub homography: Option<Homography>,
     pub width: u32,
     pub height: u32,
     /// Depths that are stored, in world units.
@@ -134,24 +213,16 @@ pub struct ProjectionUniform {
     place_from_texel: [[f32; 4]; 3],
 }
 
-/// Rows of a matrix, padded.
-fn rows(matrix: DMat3) -> [[f32; 4]; 3] {
-    let rows = matrix.transpose();
-    [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.as_vec3().extend(0.0).to_array())
-}
-
 impl Projection {
     /// The camera's image: texels are pixels, depth is along the viewing direction.
     pub fn from_camera(camera: &Camera) -> Self {
         Self {
-            kind: Kind::Perspective,
+            kind: Perspective.into(),
             origin: camera.eye,
             x_axis: camera.right * camera.focal.x,
             y_axis: -camera.up * camera.focal.y,
             z_axis: camera.forward,
             centre: camera.centre,
-            scale: DVec2::ONE,
-            homography: None,
             width: camera.width,
             height: camera.height,
             near: camera.znear,
@@ -164,19 +235,22 @@ impl Projection {
     pub fn with_resolution(&self, resolution: u32) -> Self {
         let side = f64::from(resolution);
         let k = DVec2::new(side / f64::from(self.width), side / f64::from(self.height));
-        // The texels of a homography and of a paraboloid are not in their axes.
-        let is_round = self.kind == Kind::Paraboloid;
-        let is_even = !is_round && self.homography.is_none();
-        let axes = if is_even { k } else { DVec2::ONE };
+        self.stretched(k, self.centre * k, resolution)
+    }
+
+    /// The map of axes with one texel to the unit of their plane over a rectangle around a place in it.
+    pub fn around(&self, middle: DVec2, texels_per_unit: DVec2, resolution: u32) -> Self {
+        let centre = DVec2::splat(0.5 * f64::from(resolution)) - middle * texels_per_unit;
+        self.stretched(texels_per_unit, centre, resolution)
+    }
+
+    fn stretched(&self, k: DVec2, centre: DVec2, resolution: u32) -> Self {
+        let (kind, k) = self.kind.stretched(k);
         Self {
-            x_axis: self.x_axis * axes.x,
-            y_axis: self.y_axis * axes.y,
-            scale: self.scale * if is_round { k } else { DVec2::ONE },
-            homography: self.homography.map(|homography| {
-                let texels = DMat3::from_diagonal(k.extend(1.0));
-                Homography::new(texels * homography.matrix, homography.reach)
-            }),
-            centre: self.centre * k,
+            kind,
+            x_axis: self.x_axis * k.x,
+            y_axis: self.y_axis * k.y,
+            centre,
             width: resolution,
             height: resolution,
             ..self.clone()
@@ -185,17 +259,7 @@ impl Projection {
 
     /// The file that fills the shaders' slot `projection`.
     pub fn shader(&self) -> &'static str {
-        match self.kind {
-            Kind::Parallel if self.homography.is_some() => "projection/parallel_homography",
-            Kind::Parallel => "projection/parallel",
-            Kind::Perspective => "projection/perspective",
-            Kind::Paraboloid => "projection/paraboloid",
-        }
-    }
-
-    /// Whether a triangle's edges are lines in the map, those of `line_of_edge` in the shaders.
-    pub fn has_straight_edges(&self) -> bool {
-        self.kind != Kind::Paraboloid
+        self.kind.shader()
     }
 
     pub fn texel_count(&self) -> usize {
@@ -210,65 +274,38 @@ impl Projection {
         self.axes() * (point - self.origin)
     }
 
-    /// Texel coordinates (x, y) and depth in world units.
+    /// Texel coordinates (x, y) and depth in world units; not numbers for a point that has no texel.
     pub fn texel_from_point(&self, point: DVec3) -> DVec3 {
-        let q = self.projected_from_point(point);
-        let (texel, depth) = match self.kind {
-            Kind::Parallel => {
-                let place = q.truncate();
-                (self.homography.map_or(place, |h| h.texel(place)), q.z)
-            }
-            Kind::Perspective => (q.truncate() / q.z, q.z),
-            Kind::Paraboloid => {
-                let length = q.length();
-                (self.scale * q.truncate() / (length + q.z), length)
-            }
-        };
-        (texel + self.centre).extend(depth)
+        let q = self.projected_from_point(point).into();
+        let centred = DVec2::from(self.kind.centred_texel_from_projected(q));
+        let is_nowhere = centred == DVec2::splat(NOWHERE);
+        let centred = if is_nowhere { DVec2::NAN } else { centred };
+        (centred + self.centre).extend(self.kind.depth_from_projected(q))
     }
 
     /// The light ray of a place in the map: a point on it and its direction, such that the point
     /// and `depth` times the direction make the place at that depth.
     pub fn ray_from_texel(&self, texel: DVec2) -> (DVec3, DVec3) {
-        let centred = texel - self.centre;
+        let ray = DVec3::from(self.kind.ray_from_texel((texel - self.centre).into()));
         let steps = self.steps();
-        match self.kind {
-            Kind::Parallel => {
-                let place = self.homography.map_or(centred, |h| h.place(centred));
-                (
-                    self.origin + steps.x_axis * place.x + steps.y_axis * place.y,
-                    steps.z_axis,
-                )
-            }
-            Kind::Perspective => (self.origin, steps * centred.extend(1.0)),
-            Kind::Paraboloid => {
-                let plane = centred / self.scale;
-                let squared = plane.length_squared();
-                let ray = (2.0 * plane).extend(1.0 - squared) / (1.0 + squared);
-                (self.origin, steps * ray)
-            }
+        if self.kind.is_central() {
+            (self.origin, steps * ray)
+        } else {
+            let start = self.origin + steps.x_axis * ray.x + steps.y_axis * ray.y;
+            (start, steps.z_axis)
         }
     }
 
     /// Points of the world at one depth: columns of the matrix from (column, row, 1) in texels to
     /// homogeneous points. `None` of a paraboloid, which has no such matrix.
     pub fn world_from_texel(&self, depth: f64) -> Option<[DVec4; 3]> {
+        let [_, plane] = self.kind.matrices()?;
         let steps = self.steps();
-        let (plane, [x, y, origin]) = match self.kind {
-            Kind::Paraboloid => return None,
-            Kind::Parallel => {
-                let plane = self.homography.map_or(DMat3::IDENTITY, |h| h.inverse);
-                let origin = self.origin + steps.z_axis * depth;
-                (plane, [steps.x_axis, steps.y_axis, origin])
-            }
-            Kind::Perspective => {
-                let [x, y, z] = [steps.x_axis, steps.y_axis, steps.z_axis].map(|step| step * depth);
-                (DMat3::IDENTITY, [x, y, self.origin + z])
-            }
-        };
+        let z = self.origin + steps.z_axis * depth;
+        let width = if self.kind.is_central() { depth } else { 1.0 };
+        let [x, y] = [steps.x_axis, steps.y_axis].map(|step| (step * width).extend(0.0));
         let plane = plane * DMat3::from_translation(-self.centre);
-        let column =
-            |c: DVec3| x.extend(0.0) * c.x + y.extend(0.0) * c.y + origin.extend(1.0) * c.z;
+        let column = |c: DVec3| x * c.x + y * c.y + z.extend(1.0) * c.z;
         Some([plane.x_axis, plane.y_axis, plane.z_axis].map(column))
     }
 
@@ -277,86 +314,24 @@ impl Projection {
         self.axes().inverse()
     }
 
-    /// The area across the ray at a point that one texel covers, in square world units; `steps` are
-    /// this projection's.
-    pub fn texel_area(&self, steps: &DMat3, point: DVec3) -> f64 {
-        let (z, ray) = match self.kind {
-            Kind::Parallel => {
-                let scale = self.homography.map_or(1.0, |homography| {
-                    let place = self.projected_from_point(point).truncate();
-                    let [right, down] = homography.steps(place);
-                    right.perp_dot(down).abs().sqrt()
-                });
-                (scale, steps.z_axis)
-            }
-            Kind::Perspective => (self.projected_from_point(point).z, point - self.origin),
-            Kind::Paraboloid => {
-                // The stereographic projection scales alike in all directions.
-                let q = self.projected_from_point(point);
-                let width = q.length() + q.z;
-                return width * width / (self.scale.x * self.scale.y);
-            }
-        };
-        // The steps lie in the plane of constant depth; the ray meets it at an angle.
-        (steps.x_axis.cross(steps.y_axis).dot(ray.normalize()) * z * z).abs()
-    }
-
-    /// The width of the widest texel's beam in world units, at a depth of 1 where the rays part; 1
-    /// with a homography, where widths differ and the shaders know them.
-    pub fn beam_width(&self) -> f64 {
-        match self.kind {
-            Kind::Parallel if self.homography.is_some() => 1.0,
-            Kind::Parallel | Kind::Perspective => {
-                let steps = self.steps();
-                steps.x_axis.length().max(steps.y_axis.length())
-            }
-            Kind::Paraboloid => 2.0 / self.scale.min_element(),
-        }
-    }
-
-    /// Lengths of the sides of the smallest texel across the axis, world units at a depth of 1 where the
-    /// rays part.
-    pub fn smallest_texel(&self) -> DVec2 {
-        if self.kind == Kind::Paraboloid {
-            return self.scale.recip();
-        }
-        let steps = self.steps();
-        let Some(homography) = self.homography else {
-            return DVec2::new(steps.x_axis.length(), steps.y_axis.length());
-        };
-        // The nearer to the horizon the larger: the smallest are at a corner.
-        let signs = [DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)];
-        let corners = signs.into_iter().flat_map(|sign| [sign, -sign]);
-        let places = corners.map(|sign| homography.place(sign * self.centre));
-        let places = places.filter(|place| homography.texel(*place).is_finite());
-        let sides = places.map(|place| {
-            let sides = homography.steps(place);
-            DVec2::from(sides.map(|side| (steps * side.extend(0.0)).length()))
-        });
-        sides.fold(DVec2::INFINITY, DVec2::min)
-    }
-
     /// Homogeneous (column, row, depth, w) in texels from a point in the world; column and row are to
     /// be divided by w, the depth is as it is. Of a
     /// paraboloid, which has no such matrix, the point in the axes that it is taken in.
     pub fn texel_from_world(&self) -> DMat4 {
-        let (offset, scale) = self.depth_from_z();
         let q = DMat4::from_mat3(self.axes()) * DMat4::from_translation(-self.origin);
+        let Some([matrix, _]) = self.kind.matrices() else {
+            return q;
+        };
         let rows = q.transpose();
-        let mut plane = [rows.x_axis, rows.y_axis, DVec4::W];
-        match self.kind {
-            Kind::Paraboloid => return q,
-            Kind::Parallel => {
-                if let Some(Homography { matrix, .. }) = self.homography {
-                    let [x, y, w] = plane;
-                    let of_points = |row: DVec3| x * row.x + y * row.y + w * row.z;
-                    plane = [0, 1, 2].map(|i| of_points(matrix.row(i)));
-                }
-            }
-            Kind::Perspective => plane[2] = rows.z_axis,
-        }
-        let [x, y, w] = plane;
+        let (offset, scale) = self.depth_from_z();
         let depth = (rows.z_axis - DVec4::W * offset) * scale;
+        let last = if self.kind.is_central() {
+            rows.z_axis
+        } else {
+            DVec4::W
+        };
+        let row = |row: DVec3| rows.x_axis * row.x + rows.y_axis * row.y + last * row.z;
+        let [x, y, w] = [0, 1, 2].map(|i| row(matrix.row(i)));
         DMat4::from_cols(x + w * self.centre.x, y + w * self.centre.y, depth, w).transpose()
     }
 
@@ -377,13 +352,7 @@ impl Projection {
     /// What the shaders' projection space is scaled by: products of three of its coordinates must
     /// stay within float32, whatever the world's unit of length. A power of two, which rounds nothing.
     pub fn unit(&self) -> f64 {
-        let length = match self.kind {
-            // Texels, of which there are few thousand; with a homography, world units.
-            Kind::Parallel => self.homography.map_or(1.0, |homography| homography.reach),
-            // A camera may see to infinity.
-            Kind::Perspective if self.far.is_infinite() => self.near,
-            Kind::Perspective | Kind::Paraboloid => self.far,
-        };
+        let length = self.kind.greatest_coordinate(self);
         (-length.log2().round()).clamp(-100.0, 100.0).exp2()
     }
 
@@ -394,7 +363,7 @@ impl Projection {
         let unit = self.unit();
         let steps = self.steps() * unit.recip();
         let padded = |v: DVec3| v.as_vec3().extend(0.0).to_array();
-        ProjectionUniform {
+        let mut uniform = ProjectionUniform {
             origin_high: origin_high.to_array(),
             depth_offset: (depth_offset * unit) as f32,
             origin_low: origin_low.to_array(),
@@ -404,21 +373,19 @@ impl Projection {
             y_axis: (self.y_axis * unit).as_vec3().to_array(),
             z_max: (self.far * unit).min(f64::from(f32::MAX)) as f32,
             z_axis: (self.z_axis * unit).as_vec3().to_array(),
-            least_w: self.homography.map_or(0.0, |h| h.least_w(self.centre)) as f32,
+            least_w: 0.0,
             centre: self.centre.as_vec2().to_array(),
             size: [self.width, self.height],
-            scale: self.scale.as_vec2().to_array(),
+            scale: [1.0; 2],
             padding: [0; 2],
             step_x: padded(steps.x_axis),
             step_y: padded(steps.y_axis),
             step_z: padded(steps.z_axis),
-            texel_from_place: rows(self.homography.map_or(DMat3::ZERO, |h| {
-                h.matrix * DMat3::from_diagonal(DVec3::new(unit.recip(), unit.recip(), 1.0))
-            })),
-            place_from_texel: rows(self.homography.map_or(DMat3::ZERO, |h| {
-                DMat3::from_diagonal(DVec3::new(unit, unit, 1.0)) * h.inverse
-            })),
-        }
+            texel_from_place: [[0.0; 4]; 3],
+            place_from_texel: [[0.0; 4]; 3],
+        };
+        self.kind.fill(&mut uniform, self);
+        uniform
     }
 }
 
@@ -427,51 +394,35 @@ mod tests {
     use super::*;
     use glam::DQuat;
 
+    fn homography() -> Homography {
+        let matrix = DMat3::from_cols_array(&[1.1, 0.1, 0.002, -0.2, 0.9, -0.004, 3.0, 1.0, 1.2]);
+        Homography::new(matrix, 100.0)
+    }
+
     /// Parallel, perspective, paraboloid, and parallel with a homography.
     fn projections() -> [Projection; 4] {
         let rotation = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(0.4);
-        let kinds = [Kind::Parallel, Kind::Perspective, Kind::Paraboloid];
-        let [parallel, perspective, paraboloid] = kinds.map(|kind| Projection {
+        let even = DVec2::new(30.0, 40.0);
+        let round = Paraboloid::UNIT.stretched(DVec2::new(8.0, 9.0)).0;
+        let kinds = [
+            (Parallel.into(), even),
+            (Perspective.into(), even),
+            (round, DVec2::ONE),
+            (homography().into(), even),
+        ];
+        kinds.map(|(kind, k)| Projection {
             kind,
             origin: DVec3::new(3.0, -2.0, 5.0),
-            x_axis: rotation * DVec3::X * if kind == Kind::Paraboloid { 1.0 } else { 30.0 },
-            y_axis: rotation * DVec3::NEG_Y * if kind == Kind::Paraboloid { 1.0 } else { 40.0 },
+            x_axis: rotation * DVec3::X * k.x,
+            y_axis: rotation * DVec3::NEG_Y * k.y,
             z_axis: rotation * DVec3::NEG_Z,
             centre: DVec2::new(17.0, 9.5),
-            scale: DVec2::new(8.0, 9.0),
-            homography: None,
             width: 34,
             height: 19,
             near: 0.5,
             far: 20.0,
             normalizes_depth: true,
-        });
-        let matrix = DMat3::from_cols_array(&[1.1, 0.1, 0.002, -0.2, 0.9, -0.004, 3.0, 1.0, 1.2]);
-        let homography = Some(Homography::new(matrix, 100.0));
-        let moved = Projection {
-            homography,
-            ..parallel.clone()
-        };
-        [parallel, perspective, paraboloid, moved]
-    }
-
-    #[test]
-    fn nothing_in_a_map_is_nearer_to_the_horizon_than_the_least_w() {
-        let [.., moved] = projections();
-        let homography = moved.homography.unwrap();
-        let least = homography.least_w(moved.centre);
-        let mut nearest = f64::INFINITY;
-        for i in 0..=20 {
-            for j in 0..=20 {
-                let unit = DVec2::new(f64::from(i), f64::from(j)) / 10.0 - 1.0;
-                let place = homography.place(unit * moved.centre);
-                nearest = nearest.min((homography.matrix * place.extend(1.0)).z);
-            }
-        }
-        assert!(
-            least < nearest && least > 0.99 * nearest,
-            "{least} {nearest}"
-        );
+        })
     }
 
     #[test]
@@ -534,7 +485,7 @@ mod tests {
                     ));
                 }
             }
-            let got = projection.smallest_texel();
+            let got = projection.kind.smallest_texel(&projection);
             assert!(
                 (got / least - 1.0).abs().max_element() < 0.1,
                 "{got} {least}"
@@ -558,7 +509,9 @@ mod tests {
             );
             let ray = projection.ray_from_texel(texel).1.normalize();
             let area = (dx.cross(dy).dot(ray) / (h * h)).abs();
-            let got = projection.texel_area(&projection.steps(), at(texel));
+            let got = projection
+                .kind
+                .texel_area(&projection, &projection.steps(), at(texel));
             assert!((got / area - 1.0).abs() < 1e-6, "{got} {area}");
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::gpu::scene_tables::{SceneTables, double_single};
-use crate::projection::{Kind, Projection};
+use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2};
 use std::ops::Range;
@@ -56,9 +56,9 @@ impl LightGrid {
         let axes = DMat3::from_cols(x.normalize(), y.normalize(), z_axis).transpose();
         let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
         let light = axes * (projection.origin - camera.eye);
-        let shift = match projection.kind {
-            Kind::Parallel => -light.truncate() * texels_per_unit,
-            Kind::Perspective | Kind::Paraboloid => DVec2::ZERO,
+        let shift = match projection.kind.is_central() {
+            false => -light.truncate() * texels_per_unit,
+            true => DVec2::ZERO,
         };
         // Of a sum of three products, of positions relative to the eye, and of the light's.
         let rounding =

@@ -124,7 +124,7 @@ pub fn rasterize(
     let warp = warp.filter(|_| pieces.is_none());
     let bands = warp.map_or(1, |warp| warp.layout.functions[0]);
     // Of a warp of many functions a tile's bound says little.
-    let has_bands = bands > 1 && projection.has_straight_edges();
+    let has_bands = bands > 1 && projection.kind.has_straight_edges();
     let shader = Shader {
         projection: match pieces {
             None => projection.shader(),

@@ -42,7 +42,7 @@ pub fn shadow_edge(
     let edges = frame.storage(LABEL, 4 * projection.texel_count() as u64)?;
     let (constant, beam) = match bias {
         EdgeBias::Constant(length) => (length * projection.unit(), 0.0),
-        EdgeBias::Texels(count) => (0.0, count * projection.beam_width()),
+        EdgeBias::Texels(count) => (0.0, count * projection.kind.beam_width(projection)),
     };
     let uniform = ShadowEdgeUniform {
         constant_bias: constant as f32,

@@ -1,0 +1,241 @@
+//! Parallel rays whose texels a homography moves, so that they need not be even: the light matrices of perspective,
+//! light space perspective, plane optimal and scene optimized shadow maps. With H the homography, homogeneous texel
+//! = H (q.x, q.y, 1) and depth = q.z; twin of `shaders/projection/homography.wgsl`.
+
+use super::{
+    Formulas, Kind, NOWHERE, Parallel, Projection, ProjectionKind, ProjectionUniform, area_across,
+};
+use crate::lanes::{Lane, V2, V3};
+use glam::{DMat3, DVec2, DVec3};
+
+/// Rows of the matrix from (q.x, q.y, 1) to a homogeneous centred texel, whose last row is positive before the
+/// map's horizon, and of the one back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Homography<L = f64> {
+    pub texel_from_place: [V3<L>; 3],
+    pub place_from_texel: [V3<L>; 3],
+    /// No receiver is farther from the projection's origin across the rays.
+    pub reach: L,
+}
+
+#[inline(always)]
+fn times<L: Lane>(rows: &[V3<L>; 3], v: V3<L>) -> V3<L> {
+    V3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v))
+}
+
+impl<L: Lane> Homography<L> {
+    /// How the place of a ray moves per texel to the right and down.
+    #[inline(always)]
+    fn place_slopes(&self, q: V3<L>) -> [V2<L>; 2] {
+        let w = self.texel_from_place[2].dot(q.xy().extend(L::from_f64(1.0)));
+        let [x, y, z] = self.place_from_texel;
+        [
+            (V2::new(x.x, y.x) - q.xy() * z.x) * w,
+            (V2::new(x.y, y.y) - q.xy() * z.y) * w,
+        ]
+    }
+
+    /// How the place of a ray moves over some texels.
+    #[inline(always)]
+    fn place_step(&self, q: V3<L>, step: V2<L>) -> V2<L> {
+        let w = self.texel_from_place[2].dot(q.xy().extend(L::from_f64(1.0)));
+        let [x, y, z] = self.place_from_texel.map(|row| row.xy().dot(step));
+        // A neighbour near the horizon is taken for a nearer one.
+        let nearer = (L::from_f64(1.0) + w * z).max(L::from_f64(0.1));
+        (V2::new(x, y) - q.xy() * z) * w / nearer
+    }
+}
+
+impl<L: Lane> Formulas<L> for Homography<L> {
+    // Edges and planes stay in the plane of q.xy, where they are those of parallel rays.
+    #[inline(always)]
+    fn homogeneous_from_projected(&self, q: V3<L>) -> V3<L> {
+        Parallel.homogeneous_from_projected(q)
+    }
+
+    #[inline(always)]
+    fn centred_texel_from_projected(&self, q: V3<L>) -> V2<L> {
+        let texel = times(&self.texel_from_place, q.xy().extend(L::from_f64(1.0)));
+        let is_before = L::from_f64(0.0).less(texel.z);
+        // Nothing behind the horizon is in the map.
+        (texel.xy() / texel.z).map(|t| L::select(is_before, t, L::from_f64(NOWHERE)))
+    }
+
+    #[inline(always)]
+    fn projected_from_ray(&self, ray: V3<L>, depth: L) -> V3<L> {
+        Parallel.projected_from_ray(ray, depth)
+    }
+
+    #[inline(always)]
+    fn depth_from_projected(&self, q: V3<L>) -> L {
+        Parallel.depth_from_projected(q)
+    }
+
+    #[inline(always)]
+    fn ray_from_projected(&self, q: V3<L>) -> V3<L> {
+        Parallel.ray_from_projected(q)
+    }
+
+    // A texel behind the horizon has the negative of a ray, which no triangle covers.
+    #[inline(always)]
+    fn ray_from_texel(&self, centred: V2<L>) -> V3<L> {
+        let ray = times(&self.place_from_texel, centred.extend(L::from_f64(1.0)));
+        ray / ray.z.abs()
+    }
+
+    #[inline(always)]
+    fn depth_plane(&self, normal: V3<L>, q: V3<L>, height: L) -> V3<L> {
+        Parallel.depth_plane(normal, q, height)
+    }
+
+    #[inline(always)]
+    fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L {
+        Parallel.depth_on_plane(plane, ray)
+    }
+
+    #[inline(always)]
+    fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
+        let slope = -normal.xy() / normal.z;
+        let [right, down] = self.place_slopes(q);
+        V2::new(slope.dot(right), slope.dot(down))
+    }
+
+    #[inline(always)]
+    fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, _: L) -> L {
+        q.z + (-normal.xy() / normal.z).dot(self.place_step(q, step))
+    }
+
+    // The width of a texel's beam at a point.
+    #[inline(always)]
+    fn beam_growth(&self, q: V3<L>) -> L {
+        let [right, down] = self.place_slopes(q);
+        right.length().max(down.length())
+    }
+}
+
+/// Rows of a matrix.
+fn rows(matrix: DMat3) -> [V3<f64>; 3] {
+    [0, 1, 2].map(|i| matrix.row(i).into())
+}
+
+fn matrix(rows: &[V3<f64>; 3]) -> DMat3 {
+    let [x, y, z] = rows.map(DVec3::from);
+    DMat3::from_cols(x, y, z).transpose()
+}
+
+impl Homography {
+    /// # Panics
+    /// If the matrix has no inverse.
+    pub fn new(matrix: DMat3, reach: f64) -> Self {
+        let inverse = matrix.inverse();
+        assert!(inverse.is_finite());
+        Self {
+            texel_from_place: rows(matrix),
+            place_from_texel: rows(inverse),
+            reach,
+        }
+    }
+
+    /// The least w of a map of that size around the axis, a little less: nothing nearer to the horizon
+    /// is in the map.
+    fn least_w(&self, half: DVec2) -> f64 {
+        let last = DVec3::from(self.place_from_texel[2]);
+        let inverses = corners(half).map(|corner| last.dot(corner.extend(1.0)));
+        0.999
+            / inverses
+                .into_iter()
+                .fold(f64::MIN_POSITIVE.sqrt(), f64::max)
+    }
+}
+
+/// Of a map around its axis.
+fn corners(half: DVec2) -> [DVec2; 4] {
+    let other = DVec2::new(half.x, -half.y);
+    [half, -half, other, -other]
+}
+
+impl ProjectionKind for Homography {
+    fn shader(&self) -> &'static str {
+        "projection/homography"
+    }
+
+    fn matrices(&self) -> Option<[DMat3; 2]> {
+        Some([&self.texel_from_place, &self.place_from_texel].map(matrix))
+    }
+
+    fn stretched(&self, k: DVec2) -> (Kind, DVec2) {
+        let texels = DMat3::from_diagonal(k.extend(1.0));
+        let stretched = Self::new(texels * matrix(&self.texel_from_place), self.reach);
+        (stretched.into(), DVec2::ONE)
+    }
+
+    fn texel_area(&self, projection: &Projection, steps: &DMat3, point: DVec3) -> f64 {
+        let [right, down] = self.place_slopes(projection.projected_from_point(point).into());
+        let area = DVec2::from(right).perp_dot(down.into()).abs();
+        area_across(steps, steps.z_axis, area.sqrt())
+    }
+
+    // Widths differ, and the shaders know them.
+    fn beam_width(&self, _: &Projection) -> f64 {
+        1.0
+    }
+
+    // The nearer to the horizon the larger: the smallest are at a corner.
+    fn smallest_texel(&self, projection: &Projection) -> DVec2 {
+        let steps = projection.steps();
+        let places = corners(projection.centre).map(|c| DVec3::from(self.ray_from_texel(c.into())));
+        let sides = places.map(|place| {
+            if place.z < 0.0 {
+                // Behind the horizon.
+                return DVec2::INFINITY;
+            }
+            let slopes = self.place_slopes(place.into()).map(DVec2::from);
+            DVec2::from(slopes.map(|slope| (steps * slope.extend(0.0)).length()))
+        });
+        sides.into_iter().fold(DVec2::INFINITY, DVec2::min)
+    }
+
+    fn extent(&self, projection: &Projection) -> f64 {
+        self.reach.hypot(projection.far - projection.near)
+    }
+
+    fn greatest_coordinate(&self, _: &Projection) -> f64 {
+        self.reach
+    }
+
+    fn fill(&self, uniform: &mut ProjectionUniform, projection: &Projection) {
+        let [to_world, from_world] = [projection.unit().recip(), projection.unit()];
+        let scaled = |k: f64| DMat3::from_diagonal(DVec3::new(k, k, 1.0));
+        let padded = |matrix: DMat3| {
+            rows(matrix).map(|row| DVec3::from(row).as_vec3().extend(0.0).to_array())
+        };
+        uniform.texel_from_place = padded(matrix(&self.texel_from_place) * scaled(to_world));
+        uniform.place_from_texel = padded(scaled(from_world) * matrix(&self.place_from_texel));
+        uniform.least_w = self.least_w(projection.centre) as f32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_in_a_map_is_nearer_to_the_horizon_than_the_least_w() {
+        let matrix = DMat3::from_cols_array(&[1.1, 0.1, 0.002, -0.2, 0.9, -0.004, 3.0, 1.0, 1.2]);
+        let homography = Homography::new(matrix, 100.0);
+        let half = DVec2::new(17.0, 9.5);
+        let least = homography.least_w(half);
+        let mut nearest = f64::INFINITY;
+        for i in 0..=20 {
+            for j in 0..=20 {
+                let unit = DVec2::new(f64::from(i), f64::from(j)) / 10.0 - 1.0;
+                let place = homography.ray_from_texel((unit * half).into());
+                nearest = nearest.min((matrix * DVec3::from(place)).z);
+            }
+        }
+        assert!(
+            least < nearest && least > 0.99 * nearest,
+            "{least} {nearest}"
+        );
+    }
+}

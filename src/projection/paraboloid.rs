@@ -1,0 +1,166 @@
+//! Rays from one point to all sides but straight back: the stereographic projection, which is where a paraboloid
+//! around the light reflects them. With d the direction of a point, texel = scale d.xy / (1 + d.z) and depth =
+//! distance; twin of `shaders/projection/paraboloid.wgsl`, which cites it.
+
+use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform};
+use crate::lanes::{Lane, V2, V3};
+use glam::{DMat3, DVec2, DVec3};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Paraboloid<L = f64> {
+    /// Texels per unit of the plane, whose unit circle is the hemisphere around the axis.
+    pub scale: V2<L>,
+}
+
+impl<L: Lane> Paraboloid<L> {
+    #[inline(always)]
+    fn place(&self, centred: V2<L>) -> V2<L> {
+        centred.zip(self.scale, L::div)
+    }
+
+    /// A place in the plane. Behind the light 1 + d.z cancels; there another form of it does not.
+    #[inline(always)]
+    fn plane_from_projected(q: V3<L>) -> V2<L> {
+        let zero = L::from_f64(0.0);
+        let size = q.length();
+        let squared = q.xy().dot(q.xy());
+        let before = q.xy() / (size + q.z);
+        let behind = q.xy() * ((size - q.z) / squared);
+        let place = before.zip(behind, |a, b| L::select(zero.at_most(q.z), a, b));
+        let most = L::from_f64(NOWHERE);
+        // Straight back there is no place.
+        let is_back = squared.at_most(zero) & q.z.less(zero);
+        place.map(|x| L::select(is_back, most, x.clamp(-most, most)))
+    }
+}
+
+impl<L: Lane> Formulas<L> for Paraboloid<L> {
+    #[inline(always)]
+    fn homogeneous_from_projected(&self, q: V3<L>) -> V3<L> {
+        q
+    }
+
+    #[inline(always)]
+    fn centred_texel_from_projected(&self, q: V3<L>) -> V2<L> {
+        Self::plane_from_projected(q).zip(self.scale, L::mul)
+    }
+
+    #[inline(always)]
+    fn projected_from_ray(&self, ray: V3<L>, depth: L) -> V3<L> {
+        ray * depth
+    }
+
+    #[inline(always)]
+    fn depth_from_projected(&self, q: V3<L>) -> L {
+        q.length()
+    }
+
+    #[inline(always)]
+    fn ray_from_projected(&self, q: V3<L>) -> V3<L> {
+        q / q.length()
+    }
+
+    #[inline(always)]
+    fn ray_from_texel(&self, centred: V2<L>) -> V3<L> {
+        let place = self.place(centred);
+        self.direction_from_texel(centred) / (L::from_f64(1.0) + place.dot(place))
+    }
+
+    #[inline(always)]
+    fn direction_from_texel(&self, centred: V2<L>) -> V3<L> {
+        let place = self.place(centred);
+        (place * L::from_f64(2.0)).extend(L::from_f64(1.0) - place.dot(place))
+    }
+
+    // One over the distance along a ray to a plane is linear in the ray.
+    #[inline(always)]
+    fn depth_plane(&self, normal: V3<L>, _: V3<L>, height: L) -> V3<L> {
+        normal / height
+    }
+
+    #[inline(always)]
+    fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L {
+        L::from_f64(1.0) / plane.dot(ray)
+    }
+
+    #[inline(always)]
+    fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
+        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+        let place = Self::plane_from_projected(q);
+        let growth = L::from_f64(2.0) / (one + place.dot(place));
+        let ray = q / q.length();
+        // The derivative of the ray by the place: `growth` across the ray, by the derivatives of the
+        // unnormalized ray (2 place, 1 - place^2).
+        let along_x = (V3::new(one, zero, -place.x) - ray * place.x) * growth;
+        let along_y = (V3::new(zero, one, -place.y) - ray * place.y) * growth;
+        let changes = V2::new(normal.dot(along_x), normal.dot(along_y));
+        let slopes = self.scale * normal.dot(ray);
+        (changes * -q.length()).zip(slopes, L::div)
+    }
+
+    #[inline(always)]
+    fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, most: L) -> L {
+        let ray = self.ray_from_texel(self.centred_texel_from_projected(q) + step);
+        let growth = normal.dot(ray) * q.length() / normal.dot(q);
+        q.length() / growth.clamp(L::from_f64(1.0) / most, most)
+    }
+
+    #[inline(always)]
+    fn beam_growth(&self, q: V3<L>) -> L {
+        q.length()
+    }
+}
+
+impl Paraboloid {
+    /// One texel to the unit.
+    pub const UNIT: Self = Self {
+        scale: V2 { x: 1.0, y: 1.0 },
+    };
+}
+
+impl ProjectionKind for Paraboloid {
+    fn shader(&self) -> &'static str {
+        "projection/paraboloid"
+    }
+
+    fn has_straight_edges(&self) -> bool {
+        false
+    }
+
+    // A unit of the plane is two of a face's where they touch.
+    fn face_width(&self) -> Option<f64> {
+        Some(1.0)
+    }
+
+    fn plane_radius(&self, angle: f64) -> f64 {
+        (0.5 * angle).tan()
+    }
+
+    fn matrices(&self) -> Option<[DMat3; 2]> {
+        None
+    }
+
+    fn stretched(&self, k: DVec2) -> (Kind, DVec2) {
+        let scale = self.scale.zip(k.into(), |scale, k| scale * k);
+        (Self { scale }.into(), DVec2::ONE)
+    }
+
+    // The stereographic projection scales alike in all directions.
+    fn texel_area(&self, projection: &Projection, _: &DMat3, point: DVec3) -> f64 {
+        let q = projection.projected_from_point(point);
+        let width = q.length() + q.z;
+        width * width / (self.scale.x * self.scale.y)
+    }
+
+    fn beam_width(&self, _: &Projection) -> f64 {
+        2.0 / self.scale.x.min(self.scale.y)
+    }
+
+    fn smallest_texel(&self, _: &Projection) -> DVec2 {
+        DVec2::from(self.scale).recip()
+    }
+
+    fn fill(&self, uniform: &mut ProjectionUniform, _: &Projection) {
+        uniform.scale = DVec2::from(self.scale).as_vec2().to_array();
+    }
+}
