@@ -197,8 +197,8 @@ def test_calibration_goes_on_where_it_stopped(tmp_path, monkeypatch):
     )
     path = tmp_path / "table.csv"
     counts = {"generated": 1}
-    calibration.collect(tmp_path, path, counts, "python -m lixel.calibration")
+    calibration.collect(tmp_path, path, counts, "lixel lab calibration")
     first = path.read_text()
-    calibration.collect(tmp_path, path, counts, "python -m lixel.calibration")
+    calibration.collect(tmp_path, path, counts, "lixel lab calibration")
     assert path.read_text() == first
     assert read(path)["method"].tolist() == ["lispsm"] * 4 + ["exact", "ray_traced"]

@@ -1,7 +1,7 @@
 """The choice of `lixel.Auto`: the cheapest method for an error, by two maps and a table of times.
 
 Two maps of one fit, the second twice as fine, differ in some pixels; the finer one is wrong in
-fewer than that, which `python -m lixel.calibration` measures. The times come from there too, and
+fewer than that, which `lixel lab calibration` measures. The times come from there too, and
 from no clock, so that the same call makes the same choice.
 """
 

@@ -333,7 +333,7 @@ impl Frame {
     }
 
     /// Marks the first `count` elements of a storage buffer to be read after the next submission;
-    /// the buffer is given up, or copied where `keep` holds.
+    /// a buffer that is `Source::Taken` is given up, one that is `Source::Kept` is copied.
     pub fn read<T: Pod>(&mut self, source: Source, count: usize) -> Result<Read<T>> {
         let size = (count * size_of::<T>()) as u64;
         let staging = match source {
