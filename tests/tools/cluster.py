@@ -1,7 +1,8 @@
-"""A study on a Dask cluster of this machine: how much faster two workers are than one, and that
-nothing is lost or done twice where it is killed.
+"""Run a study on a Dask cluster of this machine, and kill it in the middle.
 
-python tests/tools/cluster.py -o docs/results/cluster.csv
+The table has how much faster two workers are than one; nothing is lost or done twice.
+
+    python tests/tools/cluster.py -o docs/results/studies/cluster.csv
 
 Each worker has one core, as on a cluster it should: LP_NUM_THREADS and RAYON_NUM_THREADS are 1.
 """

@@ -1,8 +1,7 @@
-"""Inputs of every wrong kind: each is refused in words, or gives a right picture.
+"""Try inputs of every wrong kind: each is refused in words, or gives a right picture.
 
-`python tests/tools/fuzz.py --cases 1000000` for long; test_fuzz.py runs some with hypothesis. A
-case is a
-function of a source of random numbers; a failure of the long run tells the seed, and
+`python tests/tools/fuzz.py --cases 1000000` runs for long; test_fuzz.py runs some with hypothesis.
+A case is a function of a source of random numbers; a failure of the long run prints its seed, and
 `--seed SEED --cases 1` runs it again.
 """
 

@@ -1,9 +1,8 @@
-"""The cases of `fuzz`, guided by coverage: what reaches new lines of lixel is changed further.
+"""Try the cases of `fuzz`, guided by coverage: what reaches new lines of lixel is changed further.
 
-`python tests/tools/fuzz_guided.py -runs=100000 -max_len=2000 [CORPUS]`, with the options of
-libFuzzer; an
-input that is a fault is written to a file, which given in place of the corpus is run again. Needs
-Atheris (`pip install lixel[fuzz]`), on Linux or macOS.
+`python tests/tools/fuzz_guided.py -runs=100000 -max_len=2000 [CORPUS]` takes the options of
+libFuzzer; an input that is a fault is written to a file, which is run again where it is given in
+place of the corpus. It needs Atheris (`pip install lixel[fuzz]`), on Linux or macOS.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Line coverage of Rust and Python by all tests: `make coverage`.
+"""Measure the line coverage of Rust and Python by all tests: `make coverage`.
 
 For Python the tests run in one process, half an hour. For Rust the extension module and the Rust
 tests are built with counters, and what both and the Python tests run counts. That takes hours, as

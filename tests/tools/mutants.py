@@ -1,4 +1,4 @@
-"""Mutants of the formulas that errors hide in: each is put in, and tests must fail.
+"""Break the formulas that errors hide in, one at a time: tests must fail.
 
 `python tests/tools/mutants.py -o docs/results/stability/mutants.csv` copies the project to
 target/mutants, changes one formula at a time, builds, and runs the tests named with it: a minute or

@@ -1,4 +1,4 @@
-"""Many renders in one process, and large scenes: what takes long.
+"""Render thousands of frames in one process, or millions of triangles.
 
 python tests/tools/soak.py --renders 20000        the process must not grow by 1 %
 python tests/tools/soak.py --triangles 10000000   one frame of each method without a wrong pixel

@@ -35,24 +35,14 @@ def run(options: argparse.Namespace) -> None:
 
 
 def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
-    """What each method leaves out because it cannot change the picture, and the proof.
+    """What each method leaves out because it cannot change the picture: a row for each view and
+    method.
 
-    Parameters
-    ----------
-    methods : list of str, optional
-        Names of `lixel.METHODS`.
-    repeats : int
-        Frames to time; the fastest counts.
-
-    Returns
-    -------
-    pandas.DataFrame
-        view, method; `rasterized`, `culled_outside` and `culled_by_depth` triangles of all layers;
-        `items` of work, small triangles and tiles of large ones, and `whole_items` with nothing
-        left out;
-        `layers` and `skipped_layers`; the `skipped` stages; `settled` receivers, which `exact` need
-        not list; `gpu_ms`, and `whole_ms` with nothing left out; whether the pictures are the
-        `same`.
+    `rasterized`, `culled_outside` and `culled_by_depth` count triangles of all layers; `items` are
+    small triangles and tiles of large ones, and `whole_items` those with nothing left out. Then
+    come `layers` and `skipped_layers`, the `skipped` stages, `settled` receivers, which `exact`
+    need not list, milliseconds of the fastest of `repeats` frames, `gpu_ms` and `whole_ms`, and
+    whether the pictures are the `same`.
     """
     pandas = needs("pandas", "study")
     names = None if methods is None else list(methods)

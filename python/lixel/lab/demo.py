@@ -38,20 +38,11 @@ def run(options: argparse.Namespace) -> None:
 
 
 def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
-    """Render a built-in scene with every method, write pictures into a folder, print two tables.
+    """Render the colonnade with every method, at `width` x `height` pixels, into pictures in the
+    folder, and print two tables.
 
-    Parameters
-    ----------
-    folder : path
-        Made where there is none.
-    width, height : int
-        Size of the images in pixels.
-
-    Returns
-    -------
-    list of dict
-        The rows of the tables, as from `evaluate`, and of each its light, ``"directional"`` or
-        ``"point"``.
+    The rows of both are returned, as from `evaluate`, each with its light: ``"directional"`` or
+    ``"point"``.
     """
     scene = scenes.colonnade()
     camera, light = scene.cameras["default"].resized(width, height), scene.lights["default"]
@@ -82,24 +73,12 @@ def evaluate(
     folder: Path | None = None,
     repeats: int = 1,
 ) -> list[dict[str, Any]]:
-    """Render with each method and compare with the reference.
+    """Render with each method, and compare with the reference.
 
-    Parameters
-    ----------
-    scene, camera, light
-        As for `render`.
-    methods : sequence of Method
-        At least one.
-    folder : path, optional
-        Where the pictures with misclassified pixels in red go, named by method and resolution.
-    repeats : int
-        Frames of each method, in rounds; the one with the median time counts.
-
-    Returns
-    -------
-    list of dict
-        For each method its name and resolution, milliseconds on the GPU in all and per pass, and
-        the pixels that it misclassifies.
+    The frames of the methods, `repeats` of each, take turns; the one with the median time counts.
+    Pictures with misclassified pixels in red go into the folder, named by method and resolution.
+    A row has the method's name and resolution, milliseconds on the GPU in all and per pass, and
+    misclassified pixels.
     """
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)

@@ -139,30 +139,14 @@ def measure(
     methods: Iterable[tuple[Method, bool]] = METHODS,
     frames: int = 120,
 ) -> Any:
-    """Pixels that flicker, method by method.
+    """Pixels that flicker: a row for each motion and method.
 
-    Parameters
-    ----------
-    motions : list of str, optional
-        Of `MOTIONS`; None: all.
-    methods : list of (method, bool)
-        Methods, and whether each frame is given the one before. Maps get `RESOLUTION` texels along
-        each side.
-    frames : int
-        How many, at least 2.
-
-    Returns
-    -------
-    pandas.DataFrame
-        motion, method, `snap`, and `blend` where the frame before was given; then, as means over
-        the frames: `flicker`, pixels that turn from right to wrong or back from one frame to the
-        next; `truth`, pixels that change in the reference; `compared`, pixels that two frames both
-        see and no tie settles; `misclassified` pixels of a frame.
-
-    Raises
-    ------
-    ValueError
-        An unknown motion, too few frames.
+    `methods` are pairs of a method and whether each frame is given the one before; maps get
+    `RESOLUTION` texels along each side. A row has motion, method, `snap`, and `blend` where the
+    frame before was given; then, as means over the frames: `flicker`, pixels that turn from right
+    to wrong or back from one frame to the next; `truth`, pixels that change in the reference;
+    `compared`, pixels that two frames both see and no tie settles; `misclassified` pixels of a
+    frame. An unknown motion and fewer than two frames are a `ValueError`.
     """
     pandas = needs("pandas", "study")
     names = list(MOTIONS) if motions is None else list(motions)

@@ -62,21 +62,12 @@ def run(options: argparse.Namespace) -> None:
 
 
 def measure(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
-    """Times and counters of both series.
+    """Times and counters of both series: a row for each step of a series (``grows``: triangles or
+    pixels) and method.
 
-    Parameters
-    ----------
-    repeats : int
-        Timed frames of each case.
-    journal : Path, optional
-        As for `study`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row for each step of a series (``grows``: triangles or pixels) and method: ``triangles``,
-        ``pixels``; ``gpu_ms``, the median; ``exponent`` of the time since the step before;
-        ``misclassified`` pixels; counters.
+    ``gpu_ms`` is the median of `repeats` timed frames, in milliseconds; ``exponent`` is that of the
+    time since the step before; then come ``misclassified`` pixels and counters. The journal is that
+    of `study`.
     """
     pandas = needs("pandas", "study")
     series = {

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,13 +21,15 @@ from ..methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, met
 from ..scene import Scene
 from .views import View
 
-WIDTH, HEIGHT = 96, 54
+IMAGE = {"width": 96, "height": 54}
 """Pixels of the images."""
 
 RESOLUTION = 512
 """Texels along each side of the maps."""
 
 Vector: TypeAlias = npt.NDArray[np.float64]
+Mesh: TypeAlias = tuple[Vector, npt.NDArray[np.int64]]
+Make: TypeAlias = Callable[[], View]
 
 
 @dataclass(frozen=True)
@@ -49,9 +53,9 @@ class Case:
 
     family: str
     name: str
-    make: Callable[[], View]
-    of: Callable[[], View] | None = None
-    truth: Callable[[], View] | None = None
+    make: Make
+    of: Make | None = None
+    truth: Make | None = None
     quick: bool = True
 
     def __str__(self) -> str:
@@ -59,18 +63,7 @@ class Case:
 
 
 def cases(families: Iterable[str] | None = None) -> list[Case]:
-    """Every case, or those of some families.
-
-    Parameters
-    ----------
-    families : list of str, optional
-        Of `FAMILIES`.
-
-    Raises
-    ------
-    ValueError
-        An unknown family.
-    """
+    """Every case, or those of some of `FAMILIES`; an unknown one is a `ValueError`."""
     chosen = list(FAMILIES) if families is None else list(families)
     for family in chosen:
         if family not in FAMILIES:
@@ -96,7 +89,7 @@ PLAIN = {"directional light": _plain, "point light": _point_light}
 
 
 def _camera(eye: Any, target: Any, **options: Any) -> Camera:
-    return Camera.look_at(eye, target, **{"yfov": 0.8, "width": WIDTH, "height": HEIGHT, **options})
+    return Camera.look_at(eye, target, **{"yfov": 0.8, **IMAGE, **options})
 
 
 def _size(scene: Scene) -> float:
@@ -117,102 +110,85 @@ def _transformed(view: View, scale: float = 1.0, offset: Vector | None = None) -
     return Scene(scale * scene.vertices + by, scene.faces), camera.posed(pose), light
 
 
+def _moved_by(plain: Make, power: int) -> View:
+    view = plain()
+    return _transformed(view, offset=np.array([0.6, -0.48, 0.64]) * 10.0**power * _size(view[0]))
+
+
 def _moved(family: str) -> Iterator[Case]:
-    for lit_by, plain in PLAIN.items():
-        for power in range(1, 8):
+    for (lit_by, plain), power in itertools.product(PLAIN.items(), range(1, 8)):
+        make = partial(_moved_by, plain, power)
+        yield Case(family, f"10^{power} sizes, {lit_by}", make, of=plain, quick=power == 7)
 
-            def make(plain: Callable[[], View] = plain, power: int = power) -> View:
-                view = plain()
-                offset = np.array([0.6, -0.48, 0.64]) * 10.0**power * _size(view[0])
-                return _transformed(view, offset=offset)
 
-            yield Case(family, f"10^{power} sizes, {lit_by}", make, of=plain, quick=power == 7)
+def _scaled_by(plain: Make, power: int) -> View:
+    return _transformed(plain(), scale=10.0**power)
 
 
 def _scaled(family: str) -> Iterator[Case]:
-    for lit_by, plain in PLAIN.items():
-        for power in (-6, -4, -2, -1, 1, 2, 4, 6):
+    hardest = {"directional light": 6, "point light": -6}
+    powers = (-6, -4, -2, -1, 1, 2, 4, 6)
+    for (lit_by, plain), power in itertools.product(PLAIN.items(), powers):
+        make = partial(_scaled_by, plain, power)
+        yield Case(family, f"10^{power}, {lit_by}", make, of=plain, quick=power == hardest[lit_by])
 
-            def make(plain: Callable[[], View] = plain, power: int = power) -> View:
-                return _transformed(plain(), scale=10.0**power)
 
-            yield Case(
-                family,
-                f"10^{power}, {lit_by}",
-                make,
-                of=plain,
-                quick=power == (6 if lit_by == "directional light" else -6),
-            )
+def _with_depth_range(power: int) -> View:
+    scene, camera, light = _plain()
+    far = 2.0 * _size(scene)
+    near = far * 10.0**-power
+    ranged = Camera(camera.pose, focal=camera.focal, **IMAGE, znear=near, zfar=far)
+    return scene, ranged, light
 
 
 def _depth_range(family: str) -> Iterator[Case]:
     for power in (1, 2, 3, 4, 5, 6, 7, 14):
-
-        def make(power: int = power) -> View:
-            scene, camera, light = _plain()
-            far = 2.0 * _size(scene)
-            ranged = Camera(
-                camera.pose,
-                focal=camera.focal,
-                width=WIDTH,
-                height=HEIGHT,
-                znear=far * 10.0**-power,
-                zfar=far,
-            )
-            return scene, ranged, light
-
+        make = partial(_with_depth_range, power)
         yield Case(family, f"far/near 10^{power}", make, of=_plain, quick=power in (1, 7, 14))
 
 
 # --- Light ---
 
 
+def _lit_by(light: Light) -> View:
+    scene, camera, _ = _plain()
+    return scene, camera, light
+
+
 def _lights(family: str) -> Iterator[Case]:
-    def lit(light: Callable[[View], Light]) -> Callable[[], View]:
-        def make() -> View:
-            view = _plain()
-            return view[0], view[1], light(view)
-
-        return make
-
+    scene, camera, _ = _plain()
+    forward = -camera.pose[:3, 2]
+    spot = (0.7, 2.9, 0.4), (0.1, -1.0, 0.2)
+    hard: dict[str, Light] = {
+        "along the view": DirectionalLight(forward),
+        "against the view": DirectionalLight(-forward),
+        "at the eye": PointLight(camera.eye),
+        "from below the floor": DirectionalLight((0.1, 1.0, 0.2)),
+        "in a cone of 0.001 radians": SpotLight(*spot, 1e-3),
+        "in a cone of pi / 2": SpotLight(*spot, math.pi / 2),
+        "half of space": HemisphereLight((0.0, 0.9, 1.1), (1.0, 0.0, 0.0)),
+    }
+    others: dict[str, Light] = {
+        f"along {name}": DirectionalLight(-axis)
+        for name, axis in zip("xyz", np.eye(3), strict=True)
+    }
+    others["a point light 10^6 sizes away"] = PointLight(np.array([5.0, 9.0, 3.0]) * 1e6)
     for degrees in (10.0, 1.0, 0.1, 0.01):
-        angle = math.radians(degrees)
+        angle, words = math.radians(degrees), f"light {degrees:g} degrees above the floor"
         sides = 0.8 * math.cos(angle), 0.6 * math.cos(angle)
-        parallel = DirectionalLight((sides[0], -math.sin(angle), sides[1]))
-        make = lit(lambda view, parallel=parallel: parallel)  # type: ignore[misc]
-        yield Case(family, f"directional light {degrees:g} degrees above the floor", make)
-        beside = PointLight((-7.2, 9.0 * math.tan(angle), -5.4))
-        make = lit(lambda view, beside=beside: beside)  # type: ignore[misc]
-        name = f"point light {degrees:g} degrees above the floor"
-        yield Case(family, name, make, quick=degrees < 0.1)
-    forward = -_plain()[1].pose[:3, 2]
-    yield Case(family, "along the view", lit(lambda view: DirectionalLight(forward)))
-    yield Case(family, "against the view", lit(lambda view: DirectionalLight(-forward)))
-    yield Case(family, "at the eye", lit(lambda view: PointLight(view[1].eye)))
-    yield Case(family, "from below the floor", lit(lambda view: DirectionalLight((0.1, 1.0, 0.2))))
-    for axis, name in enumerate("xyz"):
-        direction = -np.eye(3)[axis]
-        make = lit(lambda view, direction=direction: DirectionalLight(direction))  # type: ignore[misc]
-        yield Case(family, f"along {name}", make, quick=False)
+        hard[f"directional {words}"] = DirectionalLight((sides[0], -math.sin(angle), sides[1]))
+        low = PointLight((-7.2, 9.0 * math.tan(angle), -5.4))
+        (hard if degrees < 0.1 else others)[f"point {words}"] = low
+    for exponent in (2, 4, 6):
+        near = PointLight((-0.4, 10.0**-exponent * _size(scene), 1.7))
+        (hard if exponent == 6 else others)[f"10^-{exponent} above the floor"] = near
+    for name, light in {**hard, **others}.items():
+        yield Case(family, name, partial(_lit_by, light), quick=name in hard)
     yield Case(family, "inside a closed mesh, the eye outside", _light_in_a_ball)
     yield Case(family, "inside a closed mesh, and the eye", _all_in_a_ball)
-    for exponent in (2, 4, 6):
-
-        def near(view: View, exponent: int = exponent) -> Light:
-            return PointLight((-0.4, 10.0**-exponent * _size(view[0]), 1.7))
-
-        yield Case(family, f"10^-{exponent} above the floor", lit(near), quick=exponent == 6)
-    make = lit(lambda view: SpotLight((0.7, 2.9, 0.4), (0.1, -1.0, 0.2), 1e-3))
-    yield Case(family, "in a cone of 0.001 radians", make)
-    make = lit(lambda view: SpotLight((0.7, 2.9, 0.4), (0.1, -1.0, 0.2), math.pi / 2))
-    yield Case(family, "in a cone of pi / 2", make)
-    make = lit(lambda view: HemisphereLight((0.0, 0.9, 1.1), (1.0, 0.0, 0.0)))
-    yield Case(family, "half of space", make)
-    make = lit(lambda view: PointLight(np.array([5.0, 9.0, 3.0]) * 1e6))
-    yield Case(family, "a point light 10^6 sizes away", make, quick=False)
 
 
-def _ball(centre: Any, radius: float) -> tuple[Vector, npt.NDArray[np.int64]]:
+def _ball(centre: Any, radius: float) -> Mesh:
     import trimesh
 
     mesh = trimesh.creation.icosphere(2)
@@ -229,7 +205,7 @@ def _joined(*parts: tuple[Any, Any]) -> Scene:
     )
 
 
-def _floor(half_side: float, height: float = 0.0) -> tuple[Vector, npt.NDArray[np.int64]]:
+def _floor(half_side: float, height: float = 0.0) -> Mesh:
     s, y = half_side, height
     corners = np.array([[-s, y, s], [s, y, s], [s, y, -s], [-s, y, -s]], dtype=float)
     return corners, np.array([[0, 1, 2], [0, 2, 3]])
@@ -252,17 +228,18 @@ def _all_in_a_ball() -> View:
 # --- Geometry ---
 
 
+def _seen(make: Callable[[], Scene], light: Light) -> View:
+    return make(), _camera((-1.6, 1.7, 2.6), (0.05, 0.25, 0.0)), light
+
+
 def _geometry(family: str) -> Iterator[Case]:
-    for name, make in GEOMETRY.items():
-        for lit_by, light in LIGHTS.items():
-
-            def view(make: Callable[[], Scene] = make, light: Light = light) -> View:
-                return make(), _camera((-1.6, 1.7, 2.6), (0.05, 0.25, 0.0)), light
-
-            # A triangle in the place of another is a tie with it, and so is all behind them.
-            plain = functools.partial(view, _few_objects) if make in REPEATED else None
-            quick = lit_by == "directional light"
-            yield Case(family, f"{name}, {lit_by}", view, truth=plain, quick=quick)
+    for (name, make), (lit_by, light) in itertools.product(GEOMETRY.items(), LIGHTS.items()):
+        # A triangle in the place of another is a tie with it, and so is all behind them.
+        truth = partial(_seen, _few_objects, light) if make in REPEATED else None
+        quick = lit_by == "directional light"
+        yield Case(
+            family, f"{name}, {lit_by}", partial(_seen, make, light), truth=truth, quick=quick
+        )
 
 
 LIGHTS: dict[str, Light] = {
@@ -377,25 +354,22 @@ REPEATED = (_duplicates, _degenerate)
 # --- Huge and tiny, shapes of images ---
 
 
+def _ball_on(floor: Mesh, light: Light) -> View:
+    scene = _joined(floor, _ball((0.0, 0.5, 0.0), 0.4))
+    return scene, _camera((-1.6, 1.2, 2.1), (0.1, 0.2, 0.0)), light
+
+
 def _floors(family: str) -> Iterator[Case]:
-    ball = _ball((0.0, 0.5, 0.0), 0.4)
-    camera = _camera((-1.6, 1.2, 2.1), (0.1, 0.2, 0.0))
-    for lit_by, light in LIGHTS.items():
-        for power in (2, 4, 6):
-
-            def make(power: int = power, light: Light = light) -> View:
-                return _joined(_floor(10.0**power), ball), camera, light
-
-            # The reference grants float32 the rounding of a triangle's corners, a share of their
-            # distance: all of a huge triangle may be ties. Those of a floor in rings are few.
-            def truth(power: int = power, light: Light = light) -> View:
-                return _joined(_cut_floor(power), ball), camera, light
-
-            name = f"10^{power} objects wide, {lit_by}"
-            yield Case(family, name, make, truth=truth, quick=power == 6)
+    for (lit_by, light), power in itertools.product(LIGHTS.items(), (2, 4, 6)):
+        make = partial(_ball_on, _floor(10.0**power), light)
+        # The reference grants float32 the rounding of a triangle's corners, a share of their
+        # distance: all of a huge triangle may be ties. Those of a floor in rings are few.
+        truth = partial(_ball_on, _cut_floor(power), light)
+        name = f"10^{power} objects wide, {lit_by}"
+        yield Case(family, name, make, truth=truth, quick=power == 6)
 
 
-def _cut_floor(power: int) -> tuple[Vector, npt.NDArray[np.int64]]:
+def _cut_floor(power: int) -> Mesh:
     """A floor of 10^power in rings, each ten times as wide as the next smaller one."""
     corners = np.concatenate(
         [_floor(10.0**p)[0] for p in np.arange(power, 0, -1)] + [_floor(4.0)[0]]
@@ -408,29 +382,28 @@ def _cut_floor(power: int) -> tuple[Vector, npt.NDArray[np.int64]]:
     return corners, np.concatenate(faces)
 
 
+def _sized(width: int, height: int) -> View:
+    scene, camera, light = _plain()
+    return scene, camera.resized(width, height), light
+
+
+def _angled(angle: float) -> View:
+    scene, _, light = _plain()
+    return scene, _camera((-3.1, 2.3, 4.2), (0.2, 0.0, 0.1), yfov=angle), light
+
+
+def _stretched() -> View:
+    scene, camera, light = _plain()
+    focal = (40.0 * camera.focal[0], camera.focal[1])
+    return scene, Camera(camera.pose, focal=focal, **IMAGE), light
+
+
 def _images(family: str) -> Iterator[Case]:
-    sizes = [(1, 1), (1, 400), (700, 1), (2, 3), (900, 4), (3, 500), (67, 41)]
-    for width, height in sizes:
-
-        def make(width: int = width, height: int = height) -> View:
-            scene, camera, light = _plain()
-            return scene, camera.resized(width, height), light
-
-        yield Case(family, f"{width} x {height} pixels", make)
+    for width, height in ((1, 1), (1, 400), (700, 1), (2, 3), (900, 4), (3, 500), (67, 41)):
+        yield Case(family, f"{width} x {height} pixels", partial(_sized, width, height))
     for angle in (1e-4, 1e-2, 2.8, 3.1):
-
-        def seen(angle: float = angle) -> View:
-            scene, _, light = _plain()
-            return scene, _camera((-3.1, 2.3, 4.2), (0.2, 0.0, 0.1), yfov=angle), light
-
-        yield Case(family, f"{angle:g} radians high", seen)
-
-    def stretched() -> View:
-        scene, camera, light = _plain()
-        focal = (40.0 * camera.focal[0], camera.focal[1])
-        return scene, Camera(camera.pose, focal=focal, width=WIDTH, height=HEIGHT), light
-
-    yield Case(family, "pixels 40 times as high as wide", stretched)
+        yield Case(family, f"{angle:g} radians high", partial(_angled, angle))
+    yield Case(family, "pixels 40 times as high as wide", _stretched)
 
 
 FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
@@ -455,7 +428,7 @@ WITHOUT_MAP = tuple(
 
 # Cases come one after the other, each with every method.
 @functools.lru_cache(maxsize=4)
-def made(make: Callable[[], View]) -> View:
+def made(make: Make) -> View:
     """The view that a case makes; the last ones are kept."""
     return make()
 

@@ -70,26 +70,10 @@ def measure(
     families: Iterable[str] | None = None,
     quick: bool = False,
 ) -> Any:
-    """Every method in every case.
+    """What `evaluate` gives, as a table: a row for each case and method.
 
-    Parameters
-    ----------
-    methods : list of str, optional
-        Names of `lixel.METHODS`.
-    families : list of str, optional
-        Of `FAMILIES`.
-    quick : bool
-        Only the hardest cases of each family.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row for each case and method, with what `evaluate` gives.
-
-    Raises
-    ------
-    ValueError
-        An unknown method or family.
+    Without `methods` and `families` all of `lixel.METHODS` and of `FAMILIES`; an unknown name is a
+    `ValueError`. `quick` takes the hardest cases of each family alone.
     """
     pandas = needs("pandas", "study")
     names = None if methods is None else list(methods)
@@ -132,17 +116,9 @@ def summary(measured: Any) -> list[dict[str, Any]]:
 
 
 def explained(frame: Frame, truth: Reference) -> npt.NDArray[np.bool_]:
-    """Where a map may be wrong because its texels have a width.
+    """(H, W) bool: where a map may be wrong because its texels have a width.
 
-    Parameters
-    ----------
-    frame : Frame
-    truth : Reference
-
-    Returns
-    -------
-    (H, W) bool
-        Pixels nearer than `REACH` texels and one pixel to an edge: of a shadow or of an outline.
+    Those are pixels nearer than `REACH` texels and one pixel to an edge: of a shadow or an outline.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -175,19 +151,9 @@ def _misclassified_in(plain: Callable[[], View], method: Method) -> int:
 
 
 def evaluate(case: Case, method: str | Method) -> dict[str, Any]:
-    """One method in one case.
-
-    Parameters
-    ----------
-    case : Case
-    method : str or Method
-
-    Returns
-    -------
-    dict
-        family, case, method; `misclassified` pixels; their `bound`; how many are `beyond` it: more
-        than the bound, or where the texels do not explain them; `covered` pixels and `ties`;
-        `limit`: the words of `LIMITS`, or None.
+    """One method in one case: family, case, method; `misclassified` pixels; their `bound`; how many
+    are `beyond` it: more than the bound, or where the texels do not explain them; `covered` pixels
+    and `ties`; `limit`: the words of `LIMITS`, or None.
     """
     chosen = method_from(method)
     truth = _truth(case.truth or case.make)

@@ -68,10 +68,6 @@ def time_against_error(
         Column that is written beside the points, those of the front alone where there are more than
         six series; None: nothing.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
-
     Raises
     ------
     ValueError
@@ -157,10 +153,6 @@ def error_against_resolution(
     resolution : str
         The column across.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
-
     Raises
     ------
     ValueError
@@ -194,10 +186,6 @@ def pass_times(
         As for `time_against_error`.
     by : str or sequence of str
         Columns that name a bar.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
 
     Raises
     ------
@@ -237,10 +225,6 @@ def difference(comparison: Comparison, ax: Axes | None = None) -> Axes:
     ----------
     comparison : Comparison
     ax : matplotlib.axes.Axes, optional
-
-    Returns
-    -------
-    matplotlib.axes.Axes
     """
     ax = axes_or_new(ax)
     ax.imshow(comparison.picture(), interpolation="nearest")
@@ -271,10 +255,6 @@ def aliasing_error(frame: Frame, ax: Axes | None = None, *, limit: float = 16.0)
     ax : matplotlib.axes.Axes, optional
     limit : float
         Colours go from 1/limit to limit, in steps of equal ratio.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
 
     Raises
     ------

@@ -30,10 +30,6 @@ def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
     layer : int
         Which of the frame's layers.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
-
     Raises
     ------
     ValueError
@@ -67,10 +63,6 @@ def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: in
         As for `importance`.
     lines : int
         Along each axis; at least 2.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
 
     Raises
     ------
@@ -106,10 +98,6 @@ def receiver_counts(
         After the warp, or before it.
     cells : int
         Along each side.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
 
     Raises
     ------
@@ -148,10 +136,6 @@ def shadow_map(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
     ----------
     frame, ax, layer
         As for `importance`.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
 
     Raises
     ------

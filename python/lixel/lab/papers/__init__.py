@@ -73,28 +73,12 @@ def run(options: argparse.Namespace) -> None:
 def measure(
     names: Sequence[str] = (), *, quick: bool = False, folder: Path | None = None, repeats: int = 5
 ) -> dict[str, list[dict[str, Any]]]:
-    """Measure tables, and print each beside the paper's figures.
+    """Measure tables of `NAMES`, all without `names`, and print each beside the paper's figures.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of `NAMES`; empty: all.
-    quick : bool
-        Images and maps of half the size on each side, two cameras on a path and three frames each.
-    folder : path, optional
-        Where each table goes as .csv with all that was measured, and its journal.
-    repeats : int
-        Timed frames of each case.
-
-    Returns
-    -------
-    dict of str to list of dict
-        The rows by the name of the table.
-
-    Raises
-    ------
-    ValueError
-        An unknown name.
+    `quick` takes images and maps of half the size on each side, two cameras on a path and three
+    frames each, in place of `repeats`. Into the folder goes each table with all that was measured,
+    and its journal. The rows are returned by the name of the table; an unknown name is a
+    `ValueError`.
     """
     needs("pandas", "study")
     for name in names:

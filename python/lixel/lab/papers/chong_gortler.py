@@ -138,29 +138,16 @@ def misclassified(
 ) -> list[dict[str, Any]]:
     """Table 1.
 
-    Parameters
-    ----------
-    quick : bool
-        25 lights, 375² pixels, a 200² map and about 290,000 triangles, in place of the paper's 500,
-        750², 400² and 1.14 million.
-    folder : Path, optional
-        Where ``chong-1.csv`` goes: the misclassified pixels of each light and method. What is
-        there already is not measured again; a table of another scene or size is refused.
-    lights : int, optional
-        How many, if not as many.
-    scene : str, optional
-        A file or the name of a built-in scene, in place of objects on a floor.
-    views : Path, optional
-        A file with the scene's cameras, of which the first looks at it.
+    The paper has 500 lights, images of 750², maps of 400² and 1.14 million triangles; `quick` has
+    25, 375², 200² and about 290,000. `lights` sets their number; `scene`, a file or the name of a
+    built-in scene, is in place of objects on a floor, and seen by the first camera of `views` or
+    its own. In the folder ``chong-1.csv`` keeps the misclassified pixels of each light and method:
+    what is there is not measured again, and a table of another scene or size is refused.
 
-    Returns
-    -------
-    list of dict
-        First a row for each method: its name, the misclassified pixels over all lights, how many
-        percent more these are than those of the first row, and the mean over the tenth of the
-        lights that is worst for it. Then the rows of the paper's table, with the paper's fits and
-        with the best ones: mean misclassified pixels, percent more than optimal, and the paper's
-        percentage in brackets.
+    First come rows for each method: misclassified pixels over all lights, how many percent more
+    these are than those of the first row, and the mean over the tenth of the lights that is worst
+    for it. Then the rows of the paper's table, with the paper's fits and with the best ones: mean
+    misclassified pixels, percent more than optimal, and the paper's percentage in brackets.
     """
     command = f"lixel lab papers chong-1{' --quick' if quick else ''}"
     if scene is None:
@@ -244,19 +231,10 @@ def _percent_more(wrong: float, first: float) -> float:
 def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[str, Any]]:
     """Table 2: time by the number of lights and the size of the map.
 
-    Parameters
-    ----------
-    quick : bool
-        Images and maps of half the size, a scene of about 290,000 triangles.
-    folder : Path, optional
-        Where ``chong-2.csv`` goes.
-
-    Returns
-    -------
-    list of dict
-        Lights, texels along a side of the map; for each method the milliseconds of a frame, the
-        median of five that are taken by turns, and its time over that of `focused`, with the
-        paper's in brackets.
+    `quick` has images and maps of half the size and about 290,000 triangles; ``chong-2.csv`` goes
+    into the folder. For each number of lights and texels along a side: milliseconds of a frame by
+    each method, the median of five that take turns, and its time over that of `focused`, with the
+    paper's in brackets.
     """
     scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     part = 2 if quick else 1
@@ -282,17 +260,9 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
 def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, Any]]:
     """Table 3: where the time of a frame with four lights and maps of 750² goes.
 
-    Parameters
-    ----------
-    quick, folder
-        As for `running_times`.
-
-    Returns
-    -------
-    list of dict
-        For the optimized and the plain map: milliseconds of the whole, of the optimization on the
-        CPU, and its share in percent, with the paper's. The paper's hull is part of its
-        optimization; so is ours.
+    For the optimized and the plain map: milliseconds of the whole, of the optimization on the CPU,
+    and its share in percent, with the paper's. The paper's hull is part of its optimization; so is
+    ours. `quick` and `folder` are those of `running_times`.
     """
     scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     part = 2 if quick else 1

@@ -97,18 +97,9 @@ def measure(
 ) -> list[dict[str, Any]]:
     """Time whole frames of a method and of every peer that is installed; print a table.
 
-    Parameters
-    ----------
-    scene, camera, light, method
-        As for `render_shadows`.
-    repeats : int
-        Timed frames of each renderer, at least 1; slow peers get fewer.
-
-    Returns
-    -------
-    list of dict
-        For each renderer its version, its median, least and greatest milliseconds, the number of
-        frames, and the pixels that it misclassifies by `reference`.
+    Of each renderer `repeats` frames are timed, at least 1; slow peers get fewer. A row has its
+    version, its median, least and greatest milliseconds, the number of frames, and the pixels that
+    it misclassifies.
     """
     if repeats < 1:
         raise ValueError(f"repeats must be at least 1, got {repeats}")
@@ -121,7 +112,8 @@ def measure(
             f"lixel {method.name} {method.map_resolution or ''}".rstrip(),
             _core.__version__,
             lambda seen_by: render_shadows(scene, seen_by, light, method),
-            _Views(scene, camera),
+            scene,
+            camera,
         )
     ]
     bounded = with_planes(camera, truth)
@@ -137,8 +129,7 @@ def measure(
         except Exception as error:
             status(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
         else:
-            views = _Views(scene, bounded)
-            contenders.append(_Contender(name, _version(module), render, views))
+            contenders.append(_Contender(name, _version(module), render, scene, bounded))
 
     for contender in contenders:
         contender.warm_up(repeats)
@@ -162,31 +153,22 @@ class _Contender:
     name: str
     version: str
     render: Render
-    views: _Views
+    scene: Scene
+    camera: Camera
+    random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
     repeats: int = 0
     milliseconds: list[float] = field(default_factory=list)
 
     def warm_up(self, repeats: int) -> None:
         """Compiles, allocates, and decides how often to time."""
-        self.render(self.views.next())
+        self.time()
         seconds = self.time() / 1e3
         self.repeats = min(repeats, max(_MIN_FRAMES, int(_PATIENCE / seconds)))
 
     def time(self) -> float:
-        """Milliseconds of one frame."""
-        camera = self.views.next()
+        """Milliseconds of a frame from a new camera."""
+        camera = moved_by_a_hair(self.camera, self.scene, self.random)
         return wall_ms(lambda: self.render(camera))
-
-
-class _Views:
-    """The camera again and again, each time moved by a hair and therefore new."""
-
-    def __init__(self, scene: Scene, camera: Camera) -> None:
-        self.scene, self.camera = scene, camera
-        self.random = np.random.default_rng(0)
-
-    def next(self) -> Camera:
-        return moved_by_a_hair(self.camera, self.scene, self.random)
 
 
 def with_planes(camera: Camera, truth: Reference) -> Camera:
@@ -216,7 +198,7 @@ def _version(module: str) -> str:
 
 
 def _row(contender: _Contender, truth: Reference) -> dict[str, Any]:
-    visibility = contender.render(contender.views.camera)
+    visibility = contender.render(contender.camera)
     found = compare(visibility, truth, other_surfaces="count")
     times = contender.milliseconds
     return {
