@@ -1,4 +1,4 @@
-"""The table of wrong pixels: its command, its random lights, and the table that is kept."""
+"""The table of misclassified pixels: its command, its random lights, and the table that is kept."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_methods_kinds_and_scenes_can_be_named(folder, capfd):
     ]
     assert cli.main(arguments) == 0
     table = read(path)
-    # The listed light is a sun, and no point light is a spot's.
+    # The listed light is directional, and no point light is a spot's.
     assert table["light_kind"].unique().tolist() == ["PointLight"]
     assert table["method"].unique().tolist() == [method]
     assert len(table) == 2
@@ -112,9 +112,9 @@ def test_embree_stops_at_the_light(view):
     lid = np.array([[low[0], 9, low[2]], [high[0], 9, low[2]], [high[0], 9, high[2]]])
     faces = np.concatenate([scene.faces, [[len(scene.vertices) + i for i in range(3)]]])
     covered = lx.Scene(np.concatenate([scene.vertices, lid]), faces)
-    lamp = lx.PointLight((1.3, 6.0, 2.0))
-    found = accuracy.Embree(covered).shadows(lx.render(covered, camera, lamp, "exact"))
-    result = lx.compare(found, lx.reference(covered, camera, lamp))
+    point_light = lx.PointLight((1.3, 6.0, 2.0))
+    found = accuracy.Embree(covered).shadows(lx.render(covered, camera, point_light, "exact"))
+    result = lx.compare(found, lx.reference(covered, camera, point_light))
     assert result.misclassified_count == 0
     assert np.nansum(found) > 1000
 
@@ -127,9 +127,9 @@ def test_random_lights_are_the_same_again_and_of_every_kind(view):
     assert [type(light) for light in first] == kinds * 4
     assert all(light.direction[1] < 0 for light in first[::3])
 
-    lamps = [(number, light) for number, light in enumerate(first) if number % 3]
-    assert [is_in_view(camera, lamp.position) for _, lamp in lamps] == [
-        number % 2 == 0 for number, _ in lamps
+    placed = [(number, light) for number, light in enumerate(first) if number % 3]
+    assert [is_in_view(camera, point_light.position) for _, point_light in placed] == [
+        number % 2 == 0 for number, _ in placed
     ]
 
 
@@ -166,8 +166,13 @@ def test_what_is_in_view_is_seen(view):
 def test_a_view_of_the_whole_scene_leaves_places_behind_the_eye(view):
     scene = view.scene
     camera = lx.Camera.look_at((0, 300, 0.1), (0, 0, 0), yfov=1.0, width=64, height=64)
-    lamps = random_lights(np.random.default_rng(0), scene, camera, 4, [lx.PointLight])
-    assert [is_in_view(camera, lamp.position) for lamp in lamps] == [True, False, True, False]
+    placed = random_lights(np.random.default_rng(0), scene, camera, 4, [lx.PointLight])
+    assert [is_in_view(camera, point_light.position) for point_light in placed] == [
+        True,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_random_cameras_look_at_the_scene(view):

@@ -217,9 +217,9 @@ def test_demo_writes_pictures_and_a_table(tmp_path, capfd):
     arguments = ["demo", "--out", str(tmp_path), "--size", "96x64"]
     assert cli.main([*arguments, "-o", str(file)]) == 0
     rows = read(file)
-    sun = lx.DirectionalLight((0, -1, 0))
-    in_the_sun = [name for name, method in lx.METHODS.items() if method().takes(sun)]
-    assert list(rows["method"][rows["light"] == "directional"]) == in_the_sun
+    light = lx.DirectionalLight((0, -1, 0))
+    methods = [name for name, method in lx.METHODS.items() if method().takes(light)]
+    assert list(rows["method"][rows["light"] == "directional"]) == methods
     assert rows.attrs["command"] == shlex.join(
         ["lixel", "demo", "--out", tmp_path.name, "--size", "96x64", "-o", "demo.csv"]
     )

@@ -1,4 +1,4 @@
-"""Counting wrong pixels, and measuring how far the edges are off."""
+"""Counting misclassified pixels, and measuring how far the edges are off."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def test_frames_are_compared_as_they_are(view, truth):
     assert lx.compare(frame, truth).as_dict() == lx.compare(frame.visibility, truth).as_dict()
 
 
-def test_picture_has_wrong_pixels_in_red():
+def test_picture_has_misclassified_pixels_in_red():
     truth, image = half_plane(30), half_plane(30)
     truth[0] = image[0] = np.nan
     image[10, 40], image[20, 3] = 1.0, 0.0

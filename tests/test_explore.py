@@ -55,12 +55,12 @@ def test_every_control_changes_the_picture(view):
 
 def test_it_starts_with_the_view_it_was_given(view):
     scene, camera, light = view
-    found, (shadows, _, _, _) = controls(explore(scene, camera, light, width=96, height=64))
-    found["method"].value = "uniform"
+    widgets, (shadows, _, _, _) = controls(explore(scene, camera, light, width=96, height=64))
+    widgets["method"].value = "uniform"
     frame = lx.render(scene, camera, light, lx.Uniform(resolution=256))
-    found_pixels = lx.compare(frame, lx.reference(scene, camera, light))
-    differ = (pixels(shadows) != found_pixels.picture()).any(axis=-1)
-    # The sun's angles go through sliders with steps.
+    found = lx.compare(frame, lx.reference(scene, camera, light))
+    differ = (pixels(shadows) != found.picture()).any(axis=-1)
+    # The light's angles go through sliders with steps.
     assert differ.mean() < 0.02
 
 

@@ -5,7 +5,7 @@ shadows fall in the same places and the same direction. Cameras and light poses 
 
 What it cannot show: which of the two is right in a pixel. pyrender has one map of 2048 x 2048
 texels around the whole scene, a slope-dependent bias and a 3 x 3 filter; 3 to 7 % of its pixels are
-wrong. So the bounds here are wide, and the exact judge is tests/test_reference_against_embree.py.
+wrong. So the bounds here are wide; tests/test_reference_against_embree.py compares exactly.
 """
 
 import os
@@ -48,18 +48,18 @@ def test_pyrender_sees_the_same_surfaces_and_shadows(pyrender, name):
     assert np.mean(~np.isclose(depth[covered], truth.depth[covered], rtol=0.01)) < 0.05
 
     # The same shadows, where pyrender's shading tells lit from shadow at all.
-    judged = covered & ~np.isnan(visibility)
-    assert judged.sum() > 0.3 * covered.sum()
-    differ = (visibility != truth.visibility) & judged
-    print(f"{name}: {differ.sum() / judged.sum():.2%} of {judged.sum()} pixels differ")
-    assert differ.sum() < 0.10 * judged.sum()
+    counted = covered & ~np.isnan(visibility)
+    assert counted.sum() > 0.3 * covered.sum()
+    differ = (visibility != truth.visibility) & counted
+    print(f"{name}: {differ.sum() / counted.sum():.2%} of {counted.sum()} pixels differ")
+    assert differ.sum() < 0.10 * counted.sum()
 
-    filled = [np.where(judged, v, 1.0) for v in (visibility, truth.visibility)]
+    filled = [np.where(counted, v, 1.0) for v in (visibility, truth.visibility)]
     assert structural_similarity(*filled, data_range=1.0) > 0.7
     # A light from elsewhere fails the same test.
     turned = lx.DirectionalLight(light.direction * (-1, 1, -1))
     other = lx.reference(scene, camera, turned).visibility
-    assert ((other != truth.visibility) & judged).sum() > 2 * differ.sum()
+    assert ((other != truth.visibility) & counted).sum() > 2 * differ.sum()
 
 
 def render(pyrender, scene, camera, light):

@@ -5,7 +5,7 @@ two may differ. Every pixel in which they do, and which the reference does not c
 settled by testing all triangles of the scene in float64: the reference must be right. The
 visibility buffer of the device must then have the reference's triangle wherever that is no tie.
 
-Scenes of a folder with a scenes.json are judged too: the folder that LIXEL_SCENES names, or
+Scenes of a folder with a scenes.json are compared too: the folder that LIXEL_SCENES names, or
 shared/scenes beside the repository. LIXEL_TEST_SIZE, for example 1920x1080, sets the size of the
 images.
 """
@@ -20,6 +20,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 import lixel as lx
+from lixel.lab.rays import ray_directions, ray_offset
 from lixel.lab.views import Views
 
 SIZE = tuple(int(n) for n in os.environ.get("LIXEL_TEST_SIZE", "480x270").split("x"))
@@ -49,7 +50,7 @@ def listed_scenes():
 @pytest.mark.parametrize("name", GENERATED)
 def test_reference_is_right_on_generated_scenes(name):
     scene = GENERATED[name]()
-    judge(scene, scene.cameras["default"].resized(*SIZE), [scene.lights["default"]])
+    compare(scene, scene.cameras["default"].resized(*SIZE), [scene.lights["default"]])
 
 
 @pytest.mark.parametrize("name", listed_scenes())
@@ -58,29 +59,31 @@ def test_reference_is_right_on_scenes_of_the_folder(name):
     views = Views.read(FOLDER / "scenes.json", name)
     assert views.cameras, f"{name} has no camera"
     for camera in views.cameras.values():
-        suns = [light for light in views.lights.values() if isinstance(light, lx.DirectionalLight)]
-        judge(scene, camera.resized(*SIZE), suns)
+        parallel = [
+            light for light in views.lights.values() if isinstance(light, lx.DirectionalLight)
+        ]
+        compare(scene, camera.resized(*SIZE), parallel)
 
 
-def judge(scene, camera, lights):
+def compare(scene, camera, lights):
     embree = EmbreeScene()
     TriangleMesh(embree, scene.vertices.astype(np.float32), scene.faces.astype(np.int32))
     truths = {light: lx.reference(scene, camera, light) for light in lights}
     light, truth = next(iter(truths.items()))
-    judge_first_hits(scene, camera, truth, embree)
+    compare_first_hits(scene, camera, truth, embree)
     seen = lx.render(scene, camera, light).triangle_id
     differ = (seen != truth.triangle_id) & ~truth.triangle_tie
     assert not differ.any(), f"visibility buffer: {np.argwhere(differ)[:5].tolist()}"
     for light, truth in truths.items():
-        judge_shadows(scene, light, truth, embree)
+        compare_shadows(scene, light, truth, embree)
 
 
-def judge_first_hits(scene, camera, truth, embree):
+def compare_first_hits(scene, camera, truth, embree):
     directions = ray_directions(camera)
     eyes = np.broadcast_to(camera.eye.astype(np.float32), directions.shape).copy()
     seen = embree.run(eyes, directions.astype(np.float32)).reshape(truth.triangle_id.shape)
     differ = (seen != truth.triangle_id) & ~truth.triangle_tie
-    tell("first hits", np.count_nonzero(differ), truth.triangle_tie)
+    report("first hits", np.count_nonzero(differ), truth.triangle_tie)
     assert differ.mean() < 0.01
     corners = scene.vertices[scene.faces] - camera.eye
     for row, column in np.argwhere(differ):
@@ -98,7 +101,7 @@ def judge_first_hits(scene, camera, truth, embree):
             assert distance[found] <= nearest * (1 + 1e-12), f"{where}: not the first surface"
 
 
-def judge_shadows(scene, light, truth, embree):
+def compare_shadows(scene, light, truth, embree):
     rows, columns = np.nonzero(truth.facing & ~truth.tie & ~truth.triangle_tie)
     points = truth.position[rows, columns]
     own = truth.triangle_id[rows, columns]
@@ -106,14 +109,14 @@ def judge_shadows(scene, light, truth, embree):
     lit = truth.visibility[rows, columns] == 1.0
 
     # Embree needs its rays to start above the surface.
-    above = points + truth.normal[rows, columns] * (1e-6 * np.abs(scene.bounds).max())
+    above = points + truth.normal[rows, columns] * ray_offset(scene)
     blocked = embree.run(
         above.astype(np.float32),
         np.broadcast_to(to_light.astype(np.float32), above.shape).copy(),
         query="OCCLUDED",
     )
     differ = np.flatnonzero(lit != (blocked < 0))
-    tell("shadows", len(differ), truth.tie)
+    report("shadows", len(differ), truth.tie)
     assert len(differ) < 0.01 * max(len(lit), 1)
     corners = scene.vertices[scene.faces]
     for i in differ:
@@ -124,7 +127,7 @@ def judge_shadows(scene, light, truth, embree):
         )
 
 
-def tell(what, differing, tie):
+def report(what, differing, tie):
     print(f"{what}: {differing} of {tie.size} pixels differ, {np.count_nonzero(tie)} ties left out")
 
 
@@ -141,11 +144,3 @@ def distances(corners, origin, direction):
         distance = np.einsum("nc,nc->n", edge_2, turned) / volume
         hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
     return np.where(hit, distance, np.inf)
-
-
-def ray_directions(camera):
-    """(H * W, 3) float64 through the pixels' centres, at depth 1."""
-    x = (np.arange(camera.width) + 0.5 - camera.centre[0]) / camera.focal[0]
-    y = (np.arange(camera.height) + 0.5 - camera.centre[1]) / camera.focal[1]
-    right, up, back = camera.pose[:3, :3].T
-    return (x[None, :, None] * right - y[:, None, None] * up - back).reshape(-1, 3)

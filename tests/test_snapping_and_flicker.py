@@ -89,7 +89,7 @@ def test_snapped_maps_around_a_point_light_hold_still(view, method):
 
 @pytest.mark.parametrize("method", SNAPPING, **BY_NAME)
 def test_snapped_maps_hold_all_receivers(view, method):
-    """No more wrong pixels than texels of 1.19 times the width explain."""
+    """No more misclassified pixels than texels of 1.19 times the width explain."""
     truth = lx.reference(*view)
     plain = dataclasses.replace(method, snap=False)
     wrong = [

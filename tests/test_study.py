@@ -91,8 +91,8 @@ def test_every_combination_has_a_row():
 
 def test_all_methods_by_default():
     table = lx.study("plane_and_box", repeats=1, **SMALL)
-    sun = lx.DirectionalLight((0, -1, 0))
-    assert list(table["method"]) == [name for name, m in lx.METHODS.items() if m().takes(sun)]
+    light = lx.DirectionalLight((0, -1, 0))
+    assert list(table["method"]) == [name for name, m in lx.METHODS.items() if m().takes(light)]
 
 
 def test_what_cannot_be_rendered_has_a_row_with_the_reason():
@@ -321,11 +321,11 @@ def test_an_error_of_a_worker_is_not_swallowed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("suns", "methods", "tasks"),
+    ("light_count", "methods", "tasks"),
     [(70, 10, 70), (70, 2, 70), (200, 1, 50), (7, 10, 35), (1, 20, 20)],
     ids=["whole views", "small views", "several views", "pieces of views", "one view"],
 )
-def test_the_cases_of_a_view_travel_together(suns, methods, tasks):
+def test_the_cases_of_a_view_travel_together(light_count, methods, tasks):
     # Where they do not, each worker casts the rays of the reference again.
     sent = []
 
@@ -334,7 +334,7 @@ def test_the_cases_of_a_view_travel_together(suns, methods, tasks):
             sent.append([(case.light, case.key) for case, _ in task])
             return super().submit(list)
 
-    lights = {str(i): lx.DirectionalLight((0.01 * i, -1.0, 0.0)) for i in range(suns)}
+    lights = {str(i): lx.DirectionalLight((0.01 * i, -1.0, 0.0)) for i in range(light_count)}
     resolutions = [32 + i for i in range(methods)]
     with Kept(1) as executor:
         lx.study(
@@ -348,10 +348,10 @@ def test_the_cases_of_a_view_travel_together(suns, methods, tasks):
         )
     assert len(sent) == tasks
     keys = [key for task in sent for _, key in task]
-    assert len(keys) == len(set(keys)) == suns * methods
+    assert len(keys) == len(set(keys)) == light_count * methods
     views = [{repr(light) for light, _ in task} for task in sent]
-    if suns >= 64:
-        assert sum(map(len, views)) == suns
+    if light_count >= 64:
+        assert sum(map(len, views)) == light_count
 
 
 # --- On the command line ---
