@@ -1,44 +1,142 @@
 //! Rendering a frame: from scene, camera, light and method to arrays.
 
+use crate::aliasing;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
-use crate::gpu::frame::{Frame, Read, Source, Timings};
+use crate::gpu::frame::{Frame, Read, ReadResults, Source, Timings};
+use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::rasterize::Target;
-use crate::gpu::passes::{FactsOfPasses, Inputs, shadow_map, visibility};
+use crate::gpu::passes::warp_map::Layout;
+use crate::gpu::passes::{Inputs, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
-use crate::methods::{Fitted, Layer, Method, Plan, ReceiverCounts, Recorded, View};
+use crate::methods::{Fitted, Layer, Method, Plan, Recorded, Stats, View};
+use crate::reference::surface;
 use crate::scene::Scene;
 use crate::warp::Warp;
+use glam::DVec2;
 use std::sync::{Arc, Mutex};
 
-/// What is read back beside the visibility image, and how it is made.
+/// What a frame may have to show beside the visibility image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    TriangleId,
+    ShadowMap,
+    ImportanceMap,
+    WarpMap,
+    LightMatrix,
+    AliasingError,
+    LargestAliasingError,
+    MaxEffectiveResolution,
+}
+
+const OUTPUTS: &[(&str, Output)] = &[
+    ("triangle_id", Output::TriangleId),
+    ("shadow_map", Output::ShadowMap),
+    ("importance_map", Output::ImportanceMap),
+    ("warp_map", Output::WarpMap),
+    ("light_matrix", Output::LightMatrix),
+    ("aliasing_error", Output::AliasingError),
+    ("largest_aliasing_error", Output::LargestAliasingError),
+    ("max_effective_resolution", Output::MaxEffectiveResolution),
+];
+
+/// A set of them, and how they are made.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Outputs {
-    pub triangle_id: bool,
-    pub shadow_map: bool,
-    pub importance_map: bool,
-    pub warp_map: bool,
+    set: u8,
     /// Whether nothing is left out, not even what cannot change a picture.
-    pub without_culling: bool,
+    without_culling: bool,
+}
+
+impl Outputs {
+    pub fn from_names(names: &[String], culls: bool) -> Result<Self> {
+        let mut outputs = Self {
+            set: 0,
+            without_culling: !culls,
+        };
+        for name in names {
+            let Some((_, output)) = OUTPUTS.iter().find(|(known, _)| known == name) else {
+                let known: Vec<_> = OUTPUTS.iter().map(|(known, _)| *known).collect();
+                let known = known.join("', '");
+                return Err(Error::Value(format!(
+                    "outputs must be among '{known}', got '{name}'"
+                )));
+            };
+            outputs.set |= 1 << *output as u8;
+        }
+        Ok(outputs)
+    }
+
+    pub fn has(self, output: Output) -> bool {
+        self.set & (1 << output as u8) != 0
+    }
+
+    fn culls(self) -> bool {
+        !self.without_culling
+    }
+
+    fn has_any(self, outputs: &[Output]) -> bool {
+        outputs.iter().any(|&output| self.has(output))
+    }
+
+    /// Whether triangles are read back, to be shown or to find the surfaces that pixels see.
+    fn reads_triangles(self) -> bool {
+        self.has_any(&[
+            Output::TriangleId,
+            Output::AliasingError,
+            Output::LargestAliasingError,
+        ])
+    }
+
+    /// Whether warps are read back, to be shown or to measure the widths of texels.
+    fn reads_warps(self) -> bool {
+        self.has_any(&[
+            Output::WarpMap,
+            Output::AliasingError,
+            Output::LargestAliasingError,
+            Output::MaxEffectiveResolution,
+        ])
+    }
 }
 
 /// A rendered frame.
 pub struct Rendered {
     /// Per pixel: 1 lit, 0 in shadow, NaN where no surface is seen.
     pub visibility: Vec<f32>,
-    /// Per pixel, -1 where no surface is seen; empty unless asked for.
+    /// Per pixel, -1 where no surface is seen; empty unless it is read back.
     pub triangle_id: Vec<i32>,
     /// Depths in [0, 1] per texel, layer after layer; empty unless asked for.
     pub shadow_map: Vec<f32>,
     /// (rows, columns, values) of each layer that has one; empty unless asked for.
     pub importance_maps: Vec<(usize, usize, Vec<f32>)>,
     pub layers: Vec<RenderedLayer>,
+    /// Each `None` unless asked for.
+    pub aliasing_error: Option<Vec<f32>>,
+    pub largest_aliasing_error: Option<f64>,
+    pub max_effective_resolution: Option<DVec2>,
     pub timings: Timings,
     pub stats: Stats,
     pub adapter: AdapterDescription,
+}
+
+impl Rendered {
+    /// How coarse the map is where the camera looks, as far as it is asked for.
+    fn measure(&mut self, scene: &Scene, camera: &Camera, light: &Light, outputs: Outputs) {
+        let layers = &self.layers;
+        let asks = |output| outputs.has(output).then_some(());
+        if outputs.has_any(&[Output::AliasingError, Output::LargestAliasingError]) {
+            let (positions, normals, depths) = surface(scene, camera, &self.triangle_id);
+            self.aliasing_error = asks(Output::AliasingError)
+                .map(|()| aliasing::aliasing_error(camera, light, layers, &positions, &normals));
+            self.largest_aliasing_error = asks(Output::LargestAliasingError)
+                .map(|()| aliasing::largest_aliasing_error(camera, layers, &depths));
+        }
+        self.max_effective_resolution = asks(Output::MaxEffectiveResolution)
+            .map(|()| aliasing::max_effective_resolution(scene, camera, light, layers));
+    }
 }
 
 /// Where a layer took the light's rays.
@@ -46,24 +144,6 @@ pub struct RenderedLayer {
     pub fitted: Fitted,
     /// None where it has none, or it was not asked for.
     pub warp: Option<Warp>,
-}
-
-/// Counters of a frame.
-#[derive(Debug, Clone, Default)]
-pub struct Stats {
-    pub triangles: usize,
-    pub degenerate_triangles: usize,
-    /// Of passes, by their labels.
-    pub facts: FactsOfPasses,
-    /// Where a method counts them.
-    pub receivers: Option<ReceiverCounts>,
-    /// Stages that this frame did not need.
-    pub skipped: Vec<&'static str>,
-    pub layers: usize,
-    /// Layers that no receiver fell in.
-    pub skipped_layers: usize,
-    /// What the method measured, by name.
-    pub measures: Vec<(&'static str, f64)>,
 }
 
 /// What stays on the device between frames of one scene.
@@ -119,9 +199,14 @@ pub fn render(
     let gpu = gpu::gpu()?;
     check_image(&gpu, camera)?;
     let mut cached = lock(&cache.0);
-    one_by_one_where_short(lights, |lights| {
+    let mut rendered = one_by_one_where_short(lights, |lights| {
         render_together(&gpu, scene, &mut cached, camera, lights, method, outputs)
-    })
+    })?;
+    drop(cached);
+    for (frame, light) in rendered.iter_mut().zip(lights) {
+        frame.measure(scene, camera, light, outputs);
+    }
+    Ok(rendered)
 }
 
 /// What the work makes of all items at once, or of one at a time: there may be memory for that.
@@ -185,7 +270,7 @@ fn try_render(
     outputs: Outputs,
 ) -> Result<Option<Vec<Rendered>>> {
     let gpu = device_scene.gpu.clone();
-    let mut frames = Frame::together(&gpu, lights.len(), !outputs.without_culling);
+    let mut frames = Frame::together(&gpu, lights.len(), outputs.culls());
     let inputs = Inputs {
         scene: &device_scene.tables,
         camera,
@@ -193,7 +278,7 @@ fn try_render(
     let known = device_scene
         .visibility
         .take()
-        .filter(|(known, _)| known == camera && !outputs.without_culling);
+        .filter(|(known, _)| known == camera && outputs.culls());
     let (visibility_buffer, mut work) = match known {
         Some((_, buffer)) => (buffer, None),
         None => {
@@ -209,7 +294,7 @@ fn try_render(
         .into_iter()
         .zip(lights)
         .map(|(frame, light)| {
-            let draws_whole_maps = outputs.shadow_map;
+            let draws_whole_maps = outputs.has(Output::ShadowMap);
             let buffer = &visibility_buffer;
             let mut view = View::new(frame, inputs, scene, light, buffer, draws_whole_maps);
             match work.take() {
@@ -260,125 +345,123 @@ fn record(
 ) -> Result<Option<Rendered>> {
     let Recorded { visibility, layers } = method.record(&mut view)?;
 
-    let (scene, pixels) = (view.scene, view.camera.pixel_count());
-    let tables = view.tables();
+    let pixels = view.camera.pixel_count();
     let frame = view.frame();
     let gpu = frame.gpu.clone();
     let visibility = frame.read::<f32>(Source::Taken(visibility), pixels)?;
     let keys = outputs
-        .triangle_id
+        .reads_triangles()
         .then(|| frame.read::<u64>(Source::Kept(visibility_buffer), pixels))
         .transpose()?;
-    let mut rendered_layers = Vec::new();
-    let mut maps = Vec::new();
-    let mut importance_maps = Vec::new();
-    for Layer {
-        plan,
-        comparison,
-        texels,
-    } in layers
-    {
+    let layers = layers.into_iter();
+    let layers = layers.map(|layer| LayerReads::new(frame, layer, outputs));
+    let layers = layers.collect::<Result<Vec<_>>>()?;
+    let results = view.submit()?;
+    if !view.had_room()? {
+        return Ok(None);
+    }
+    let (frame, mut stats) = view.finish();
+    stats.layers = layers.len();
+    let mut rendered = Rendered {
+        visibility: results.take(&visibility)?,
+        triangle_id: Vec::new(),
+        shadow_map: Vec::new(),
+        importance_maps: Vec::new(),
+        layers: Vec::new(),
+        aliasing_error: None,
+        largest_aliasing_error: None,
+        max_effective_resolution: None,
+        timings: frame.timings(),
+        stats,
+        adapter: gpu.adapter.clone(),
+    };
+    if let Some(keys) = &keys {
+        let keys = results.take(keys)?.into_iter();
+        rendered.triangle_id = keys.map(visibility::triangle_from_key).collect();
+    }
+    for layer in layers {
+        layer.take(&results, &mut rendered)?;
+    }
+    Ok(Some(rendered))
+}
+
+/// What is read back of a layer.
+struct LayerReads {
+    fitted: Fitted,
+    map: Option<MapRead>,
+    importance: Option<(ImportanceMap, Read<u32>)>,
+    warp: Option<(Layout, Read<f32>)>,
+}
+
+impl LayerReads {
+    fn new(frame: &mut Frame, layer: Layer, outputs: Outputs) -> Result<Self> {
+        let Layer {
+            plan,
+            comparison,
+            texels,
+        } = layer;
         let Plan {
             fitted,
             warp,
             importance,
         } = plan;
-        if outputs.shadow_map {
-            let count = fitted.projection.texel_count();
-            maps.push(match comparison.target() {
-                Target::Depth => MapRead::Depth(frame.read(Source::Taken(texels), count)?),
-                Target::DepthTriangle => {
-                    MapRead::DepthTriangle(frame.read(Source::Taken(texels), count)?)
-                }
+        let mut reads = Self {
+            fitted,
+            map: None,
+            importance: None,
+            warp: None,
+        };
+        if outputs.has(Output::ShadowMap) {
+            let (texels, count) = (Source::Taken(texels), reads.fitted.projection.texel_count());
+            reads.map = Some(match comparison.target() {
+                Target::Depth => MapRead::Depth(frame.read(texels, count)?),
+                Target::DepthTriangle => MapRead::DepthTriangle(frame.read(texels, count)?),
             });
         }
-        if let Some(importance) = importance.filter(|_| outputs.importance_map) {
+        if let Some(importance) = importance.filter(|_| outputs.has(Output::ImportanceMap)) {
             let count = (importance.cells as usize).pow(2);
-            let read = frame.read::<u32>(Source::Kept(&importance.buffer), count)?;
-            importance_maps.push((importance, read));
+            let read = frame.read(Source::Kept(&importance.buffer), count)?;
+            reads.importance = Some((importance, read));
         }
-        let warp = match warp.filter(|_| outputs.warp_map) {
-            Some(warp) => {
-                let layout = warp.layout;
-                let count = layout.functions[0] as usize * (layout.cells[0] as usize + 1);
-                let read = frame.read::<f32>(Source::Kept(&warp.table), 2 * count)?;
-                Some((layout, read))
-            }
-            None => None,
-        };
-        rendered_layers.push((fitted, warp));
-    }
-    let results = view.submit()?;
-    let finished = view.finish();
-    for (had_room, counters) in &finished.counters {
-        if !had_room(&gpu, tables, counters)? {
-            return Ok(None);
+        if let Some(warp) = warp.filter(|_| outputs.reads_warps()) {
+            let layout = warp.layout;
+            let count = layout.functions[0] as usize * (layout.cells[0] as usize + 1);
+            let read = frame.read(Source::Kept(&warp.table), 2 * count)?;
+            reads.warp = Some((layout, read));
         }
+        Ok(reads)
     }
 
-    let mut shadow_map = Vec::new();
-    for map in &maps {
-        match map {
-            MapRead::Depth(read) => {
-                let keys = results.take(read)?;
-                shadow_map.extend(keys.into_iter().map(shadow_map::depth_from_key));
+    /// Adds the layer to a frame.
+    fn take(self, results: &ReadResults, rendered: &mut Rendered) -> Result<()> {
+        let keys = match &self.map {
+            Some(MapRead::Depth(read)) => results.take(read)?,
+            Some(MapRead::DepthTriangle(read)) => {
+                let keys = results.take(read)?.into_iter();
+                keys.map(|key| (key >> 32) as u32).collect()
             }
-            MapRead::DepthTriangle(read) => {
-                let keys = results
-                    .take(read)?
-                    .into_iter()
-                    .map(|key| (key >> 32) as u32);
-                shadow_map.extend(keys.map(shadow_map::depth_from_key));
-            }
+            None => Vec::new(),
+        };
+        let depths = keys.into_iter().map(shadow_map::depth_from_key);
+        rendered.shadow_map.extend(depths);
+        if let Some((map, read)) = &self.importance {
+            let bits = results.take(read)?.into_iter();
+            let values = bits.map(|bits| map.value_from_bits(bits)).collect();
+            let cells = map.cells as usize;
+            rendered.importance_maps.push((cells, cells, values));
         }
-    }
-    let mut importances = Vec::new();
-    for (map, read) in &importance_maps {
-        let bits = results.take(read)?;
-        let values = bits.into_iter().map(|bits| map.value_from_bits(bits));
-        let cells = map.cells as usize;
-        importances.push((cells, cells, values.collect()));
-    }
-    let mut layers = Vec::new();
-    for (fitted, warp) in rendered_layers {
-        let warp = match warp {
+        let warp = match &self.warp {
             Some((layout, read)) => Some(Warp {
                 functions: layout.functions[0] as usize,
                 boundaries: layout.cells[0] as usize + 1,
-                values: results.take(&read)?,
+                values: results.take(read)?,
             }),
             None => None,
         };
-        layers.push(RenderedLayer { fitted, warp });
+        let fitted = self.fitted;
+        rendered.layers.push(RenderedLayer { fitted, warp });
+        Ok(())
     }
-    let triangle_id = match &keys {
-        Some(keys) => {
-            let keys = results.take(keys)?;
-            keys.into_iter()
-                .map(visibility::triangle_from_key)
-                .collect()
-        }
-        None => Vec::new(),
-    };
-    Ok(Some(Rendered {
-        visibility: results.take(&visibility)?,
-        triangle_id,
-        shadow_map,
-        importance_maps: importances,
-        stats: Stats {
-            triangles: scene.triangles().len(),
-            degenerate_triangles: scene.degenerate_count(),
-            facts: finished.facts,
-            receivers: finished.receiver_counts,
-            skipped: finished.skipped,
-            layers: layers.len(),
-            skipped_layers: finished.skipped_layers,
-            measures: finished.measures,
-        },
-        layers,
-        timings: finished.frame.timings(),
-        adapter: gpu.adapter.clone(),
-    }))
 }
 
 fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {

@@ -131,11 +131,11 @@ def test_a_device_that_cannot_is_given_another_method(view, monkeypatch):
     def render(method):
         if isinstance(method, auto.RayTraced):
             raise lx.DeviceError("too long a walk")
-        return lx.frame.render_outputs(scene, camera, light, method, ("visibility",))[1]
+        return lx.frame.frame_parts(scene, camera, light, method)
 
-    method, results = auto.choose(scene, camera, light, lx.Auto(max_error=0.0), render)
-    assert method == lx.Exact()
-    assert results["stats"]["auto"]["failed"] == ["ray_traced: too long a walk"]
+    parts = auto.choose(scene, camera, light, lx.Auto(max_error=0.0), render)
+    assert parts.method == lx.Exact()
+    assert parts.stats["auto"]["failed"] == ["ray_traced: too long a walk"]
 
     def refuse(method):
         raise lx.DeviceError(f"no {method.name}")

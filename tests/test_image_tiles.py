@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lixel as lx
-from lixel.frame import render_outputs
+from lixel.frame import frame_parts
 
 # A tile is 64 pixels wide and 32 high; the last of each row and column are cut.
 SIZES = [(200, 100), (64, 32), (65, 33), (63, 31), (1, 1)]
@@ -33,13 +33,12 @@ def test_tiles_without_a_receiver_change_nothing(method, size):
     lights += [lx.PointLight((0.3, 0.8, 1.0)), lx.PointLight((5.0, 4.0, 9.0))]
     for light in filter(chosen.takes, lights):
         tiled = lx.render_shadows(scene, camera, light, chosen)
-        outputs = ("visibility",)
-        whole = render_outputs(scene, camera, light, chosen, outputs, culling=False)[1]
-        assert whole["visibility"].tobytes() == tiled.tobytes()
+        whole = frame_parts(scene, camera, light, chosen, culling=False)
+        assert whole.visibility.tobytes() == tiled.tobytes()
 
 
 def looked_at(frame):
-    counters = frame["stats"]["image tiles"]
+    counters = frame.stats["image tiles"]
     return counters["looked_at"], counters["tiles"]
 
 
@@ -48,7 +47,7 @@ def test_all_faces_of_a_cube_look_at_little_more_than_one_image():
     camera = scene.cameras["default"].resized(960, 540)
     for position in [(0.5, 2.0, -6.3), (3.0, 1.0, -2.0), (-2.0, 4.0, 5.0)]:
         light = lx.PointLight(position)
-        layers = render_outputs(scene, camera, light, lx.Cube(), ("visibility",))[1]
+        layers = frame_parts(scene, camera, light, lx.Cube())
         listed, tiles = looked_at(layers)
         assert tiles == 15 * 17 * 6
         assert listed < 1.7 * tiles / 6

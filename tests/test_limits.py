@@ -51,11 +51,11 @@ def test_an_image_beyond_the_device_is_refused(size, view):
     assert not np.isnan(lx.render_shadows(*view)).all()
 
 
-@pytest.mark.parametrize("outputs", [[], ["visibility"], ["unknown"]])
+@pytest.mark.parametrize("outputs", [[], ["triangle_id"], ["unknown"]])
 def test_the_core_checks_for_itself(outputs, view):
     """Whoever calls the core without the facade gets an error in words, too."""
     scene, camera, light = view
-    core = (scene._core, camera._core_for(scene), light._core_light())
+    core = (scene._core, camera._core_for(scene), [light._core_light()])
     with pytest.raises(ValueError, match="unknown"):
         _core.render(*core, "unknown", {}, outputs)
     for parameters, words in (

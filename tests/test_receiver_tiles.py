@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 import lixel as lx
-from lixel.frame import render_outputs
+from lixel.frame import frame_parts
 from lixel.methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
 
 
@@ -21,13 +21,12 @@ def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup):
     lights = [lx.DirectionalLight((0.4, -1.0, -0.3)), lx.PointLight((1.0, 4.0, 2.0))]
     lights.append(lx.SpotLight((1.0, 6.0, 1.0), (0.0, -1.0, 0.1), 0.6))
     for light in filter(chosen.takes, lights):
-        part = render_outputs(scene, camera, light, chosen, ("visibility",))[1]
+        part = frame_parts(scene, camera, light, chosen)
         whole = lx.render(scene, camera, light, chosen)
         expected = whole.visibility.tobytes()
-        assert part["visibility"].tobytes() == expected
-        outputs = ("visibility",)
-        drawn = render_outputs(scene, camera, light, chosen, outputs, culling=False)[1]
-        assert drawn["visibility"].tobytes() == expected
+        assert part.visibility.tobytes() == expected
+        drawn = frame_parts(scene, camera, light, chosen, culling=False)
+        assert drawn.visibility.tobytes() == expected
 
 
 @pytest.mark.parametrize(
@@ -52,9 +51,8 @@ def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count):
                 fit=fit, lookup=lookup, resolution=1024, function_count=function_count, smoothing=0
             )
             part = lx.render_shadows(scene, camera, light, torn)
-            outputs = ("visibility",)
-            whole = render_outputs(scene, camera, light, torn, outputs, culling=False)[1]
-            assert part.tobytes() == whole["visibility"].tobytes()
+            whole = frame_parts(scene, camera, light, torn, culling=False)
+            assert part.tobytes() == whole.visibility.tobytes()
 
 
 def test_less_is_drawn_where_no_receiver_looks():
@@ -62,12 +60,12 @@ def test_less_is_drawn_where_no_receiver_looks():
     camera = lx.Camera.look_at((4, 3, 4), (0, 0, 0), yfov=0.4, width=160, height=90)
     light = lx.DirectionalLight((0.4, -1.0, -0.3))
     method = lx.Uniform(resolution=512)
-    part = render_outputs(scene, camera, light, method, ("visibility",))[1]
+    part = frame_parts(scene, camera, light, method)
     whole = lx.render(scene, camera, light, method)
-    items = part["stats"]["shadow map"]["work_items"]
+    items = part.stats["shadow map"]["work_items"]
     assert items < 0.7 * whole.stats["shadow map"]["work_items"]
-    assert "receiver tiles" in part["timings"]
+    assert "receiver tiles" in part.timings
     # A map that is asked for is whole, and finding the tiles of a small one would take longer.
     assert "receiver tiles" not in whole.timings
-    small = render_outputs(scene, camera, light, lx.Uniform(resolution=64), ("visibility",))[1]
-    assert "receiver tiles" not in small["timings"]
+    small = frame_parts(scene, camera, light, lx.Uniform(resolution=64))
+    assert "receiver tiles" not in small.timings

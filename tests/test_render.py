@@ -11,6 +11,8 @@ import pytest
 from views import HEIGHT, WIDTH, cameras, small
 
 import lixel as lx
+from lixel import _core
+from lixel.frame import OUTPUTS, frame_parts
 
 METHODS = list(lx.methods.MAP_METHODS.values())
 ARRAYS = ("visibility", "triangle_id", "shadow_map", "light_matrix", "aliasing_error")
@@ -183,3 +185,25 @@ def test_what_is_no_light_in_a_list_is_named(view):
     scene, camera, sun = view
     with pytest.raises(TypeError, match="light must be"):
         lx.render_shadows(scene, camera, [sun, "sun"])
+
+
+def test_outputs_are_those_of_the_core(view):
+    """The Literal, the attributes and the core's own list have the same words."""
+    scene, camera, light = view
+    core = (scene._core, camera._core_for(scene), [light._core_light()])
+    with pytest.raises(ValueError, match=r"outputs must be among .*, got 'colour'") as refused:
+        _core.render(*core, "uniform", {}, ["colour"])
+    assert tuple(str(refused.value).split("'")[1:-2:2]) == OUTPUTS
+    for name in OUTPUTS:
+        [rendered] = _core.render(*core, "rtw", {}, [name])
+        shown = [other for other in OUTPUTS if getattr(rendered, other) is not None]
+        assert shown == [name]
+        assert rendered.visibility.shape == (camera.height, camera.width)
+
+
+@pytest.mark.parametrize("method", ["uniform", "auto"])
+def test_a_frame_has_no_parts_that_nobody_asked_for(method, view):
+    parts = frame_parts(*view, method, ["light_matrix"])
+    assert parts.method.map_resolution is None or parts.outputs.light_matrix.shape[1:] == (4, 4)
+    assert parts.outputs.shadow_map is None
+    assert parts.visibility.tobytes() == lx.render_shadows(*view, method).tobytes()

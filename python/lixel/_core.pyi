@@ -10,6 +10,7 @@ __all__ = [
     "Camera",
     "DeviceError",
     "Light",
+    "Rendered",
     "Scene",
     "__version__",
     "adapters",
@@ -17,11 +18,11 @@ __all__ = [
     "check_parameters",
     "clear_cache",
     "device",
+    "labels",
     "methods",
     "parameters",
     "reference",
     "render",
-    "render_visibility",
     "surface",
 ]
 
@@ -134,35 +135,59 @@ def check_parameters(method: str, values: dict[str, Any]) -> dict[str, Any]:
 def labels() -> list[str]:
     """Every key that `timings` may have: the passes, and what the CPU does for them."""
 
-def render_visibility(
+@final
+class Rendered:
+    """What one light's frame has to show; None where it was not asked for."""
+
+    @property
+    def visibility(self) -> npt.NDArray[np.float32]:
+        """(H, W): 1 lit, 0 in shadow, NaN where no surface is seen."""
+    @property
+    def triangle_id(self) -> npt.NDArray[np.int32] | None:
+        """(H, W): -1 where no surface is seen."""
+    @property
+    def shadow_map(self) -> npt.NDArray[np.float32] | None:
+        """(layers, h, w): depth in [0, 1], 1 where empty."""
+    @property
+    def importance_map(self) -> npt.NDArray[np.float32] | None:
+        """(layers, h, w)."""
+    @property
+    def warp_map(self) -> npt.NDArray[np.float32] | None:
+        """(layers, 2, functions, cells + 1)."""
+    @property
+    def light_matrix(self) -> npt.NDArray[np.float64] | None:
+        """(layers, 4, 4): before any warp, (column, row, depth, w) in texels from world."""
+    @property
+    def aliasing_error(self) -> npt.NDArray[np.float32] | None:
+        """(H, W)."""
+    @property
+    def largest_aliasing_error(self) -> float | None: ...
+    @property
+    def max_effective_resolution(self) -> tuple[float, float] | None:
+        """(width, height) in texels."""
+    @property
+    def timings(self) -> dict[str, float]:
+        """Milliseconds of each pass."""
+    @property
+    def stats(self) -> dict[str, Any]: ...
+    @property
+    def adapter(self) -> dict[str, Any]: ...
+
+def render(
     scene: Scene,
     camera: Camera,
     lights: Sequence[Light],
     method: str,
     parameters: dict[str, Any],
-) -> npt.NDArray[np.float32]:
-    """Visibility images (lights, H, W) by one method; lights submit their work together."""
-
-def render(
-    scene: Scene,
-    camera: Camera,
-    light: Light,
-    method: str,
-    parameters: dict[str, Any],
     outputs: Sequence[str],
     *,
     culling: bool = True,
-) -> dict[str, Any]:
-    """Render on the GPU and read back what `outputs` names.
+) -> list[Rendered]:
+    """Frames by one method, one for each light, with what `outputs` names.
 
-    Outputs: `visibility` (H, W) float32; `triangle_id` (H, W) int32, -1 where no surface;
-    `shadow_map` (layers, h, w) float32, depth in [0, 1], 1 where empty; `light_matrix`
-    (layers, 4, 4) float64, before any warp, (column, row, depth, w) in texels from world;
-    `importance_map` (layers, h, w) float32; `warp_map` (layers, 2, functions, cells + 1) float32;
-    `aliasing_error` (H, W) float32; `largest_aliasing_error` float; `max_effective_resolution`
-    (width, height) floats.
+    The lights share the pass that finds what the camera sees, and submit their work together.
+    `outputs` are names of attributes of `Rendered` that may be None; the others are always there.
     Without `culling` nothing is left out, not even what cannot change a picture.
-    Always there: `timings` (dict, ms), `stats` (dict), `adapter` (dict).
     """
 
 def surface(

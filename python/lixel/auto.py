@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,12 +24,12 @@ from .light import DirectionalLight, Light
 from .methods import Auto, DesiredView, Exact, LightSpacePerspective, Method, RayTraced
 from .scene import Scene
 
+if TYPE_CHECKING:
+    from .frame import FrameParts
+
 # Texels along each side: the first two maps, and those that follow while they are cheaper than the
 # methods without a wrong pixel.
 RESOLUTIONS = (256, 512, 1024, 2048)
-
-# From a method to its results: render_outputs, bound to a view.
-Render = Callable[[Method], dict[str, Any]]
 
 
 @cache
@@ -97,19 +97,18 @@ class Trial:
     names: list[str]
     timings: dict[str, float]
     coarse: npt.NDArray[np.float32] | None = None
-    results: dict[str, Any] | None = None
-    method: Method | None = None
+    parts: FrameParts | None = None
     bound: float | None = None
 
-    def add(self, method: Method, results: dict[str, Any]) -> None:
-        visibility = results["visibility"]
+    def add(self, parts: FrameParts) -> None:
+        visibility = parts.visibility
         if self.coarse is not None:
             covered = int(np.count_nonzero(~np.isnan(visibility)))
             self.bound = error_bound(differing(self.coarse, visibility), covered)
-        if self.results is not None:
-            _add_times(self.timings, self.results["timings"])
-        self.names.append(spelled(method))
-        self.coarse, self.results, self.method = visibility, results, method
+        if self.parts is not None:
+            _add_times(self.timings, self.parts.timings)
+        self.names.append(spelled(parts.method))
+        self.coarse, self.parts = visibility, parts
 
 
 def spelled(method: Method) -> str:
@@ -119,9 +118,13 @@ def spelled(method: Method) -> str:
 
 
 def choose(
-    scene: Scene, camera: Camera, light: Light, wanted: Auto, render: Render
-) -> tuple[Method, dict[str, Any]]:
-    """The method that was chosen and its results, with the choice in ``stats["auto"]``.
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    wanted: Auto,
+    render: Callable[[Method], FrameParts],
+) -> FrameParts:
+    """What `render` gives of the method that was chosen, with the choice in ``stats["auto"]``.
 
     ``timings`` are those of all that was rendered for the choice.
     """
@@ -135,32 +138,31 @@ def choose(
             method = map_for(light, resolution)
             if is_open and trial.bound is not None and not plan.goes_on(trial.bound, method):
                 break
-            trial.add(method, render(method))
+            trial.add(render(method))
             if trial.bound is not None and trial.bound <= wanted.max_error:
                 why = "two maps differ in so few pixels that the finer one keeps max_error"
                 break
     except DeviceError as error:
         failed.append(f"{spelled(method)}: {error}")
         why = ""
-    if not why and not is_open and trial.results is not None:
+    if not why and not is_open and trial.parts is not None:
         why = "nothing keeps both max_error and max_ms: the finest maps within max_ms"
     if why:
-        assert trial.method is not None
-        assert trial.results is not None
-        return trial.method, plan.told(trial, trial.method, trial.results, why, failed)
+        assert trial.parts is not None
+        return plan.told(trial, trial.parts, why, failed)
     why = (
         "no map was found that keeps max_error and is cheaper" if trial.names else plan.why_no_map()
     )
     for method in plan.exact:
         try:
-            results = render(method)
+            parts = render(method)
         except DeviceError as error:
             failed.append(f"{spelled(method)}: {error}")
             continue
-        if trial.results is not None:
-            _add_times(trial.timings, trial.results["timings"])
+        if trial.parts is not None:
+            _add_times(trial.timings, trial.parts.timings)
         trial.bound = 0.0
-        return method, plan.told(trial, method, results, why, failed)
+        return plan.told(trial, parts, why, failed)
     raise DeviceError("; ".join(failed))
 
 
@@ -211,30 +213,23 @@ class _Plan:
             return "max_error is below what two maps can tell"
         return "no pair of maps is cheaper"
 
-    def told(
-        self,
-        trial: Trial,
-        method: Method,
-        results: dict[str, Any],
-        why: str,
-        failed: Sequence[str],
-    ) -> dict[str, Any]:
+    def told(self, trial: Trial, parts: FrameParts, why: str, failed: Sequence[str]) -> FrameParts:
         timings = dict(trial.timings)
-        _add_times(timings, results["timings"])
+        _add_times(timings, parts.timings)
         facts = {
-            "method": spelled(method),
+            "method": spelled(parts.method),
             "why": why,
             "max_error": self.wanted.max_error,
             # None: one map alone tells nothing.
             "predicted_error": trial.bound,
             "max_ms": self.wanted.max_ms,
-            "predicted_ms": round(self.predicted(method), 3),
+            "predicted_ms": round(self.predicted(parts.method), 3),
             "predicted_ms_without_error": round(self.exact_ms, 3),
             "times_of": model()["device"],
             "tried": trial.names,
             "failed": list(failed),
         }
-        return {**results, "timings": timings, "stats": {**results["stats"], "auto": facts}}
+        return replace(parts, timings=timings, stats={**parts.stats, "auto": facts})
 
 
 def _add_times(sums: dict[str, float], times: Mapping[str, float]) -> None:

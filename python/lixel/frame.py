@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -20,18 +20,33 @@ from .pictures import display
 from .receivers import Receivers
 from .scene import Scene
 
-# What `render` reads back; the rest of a frame follows from it.
-_OUTPUTS = (
-    "visibility",
+Output: TypeAlias = Literal[
     "triangle_id",
+    "shadow_map",
     "importance_map",
     "warp_map",
-    "shadow_map",
     "light_matrix",
     "aliasing_error",
     "largest_aliasing_error",
     "max_effective_resolution",
-)
+]
+OUTPUTS: tuple[Output, ...] = get_args(Output)
+"""What a frame may have to show beside the visibility image; the rest follows from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameParts:
+    """What was asked of one render, without the rest of a `Frame`."""
+
+    method: Method
+    """The one that was chosen where `Auto` was asked for."""
+    visibility: npt.NDArray[np.float32]
+    timings: dict[str, float]
+    """Of all that was rendered for the choice of a method, too."""
+    stats: dict[str, Any]
+    adapter: dict[str, Any]
+    outputs: _core.Rendered
+    """The outputs by name, each None unless asked for."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -192,14 +207,14 @@ def render_shadows(
     DeviceError
         No adapter, or the adapter lacks what the method needs; the message says the remedy.
     """
-    visibility: npt.NDArray[np.float32]
-    method = _bounded(method, max_error=max_error, max_ms=max_ms)
+    chosen = _bounded(method, max_error=max_error, max_ms=max_ms)
     # A direction is a sequence too, and no light.
     if isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS)):
-        return _of_several(scene, camera, light, method_from(method))
-    _, results = render_outputs(scene, camera, cast(Light, light), method, ("visibility",))
-    visibility = results["visibility"]
-    return visibility
+        found = _parts_of_lights(scene, camera, light, chosen)
+        images = np.array([parts.visibility for parts in found], np.float32)
+        return images.reshape(-1, camera.height, camera.width)
+    [parts] = _parts_of_lights(scene, camera, [cast(Light, light)], chosen)
+    return parts.visibility
 
 
 def render(
@@ -227,89 +242,94 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    method = _bounded(method, max_error=max_error, max_ms=max_ms)
-    chosen, results = render_outputs(scene, camera, light, method, _OUTPUTS)
-    return Frame(scene=scene, camera=camera, light=light, method=chosen, **results)
-
-
-def _of_several(
-    scene: Scene, camera: Camera, lights: Sequence[Light], method: Method
-) -> npt.NDArray[np.float32]:
-    check_view(scene, camera, *lights)
-    if isinstance(method, Auto) or not lights:
-        outputs = ("visibility",)
-        found = [render_outputs(scene, camera, light, method, outputs) for light in lights]
-        images = [results["visibility"] for _, results in found]
-        return np.array(images, np.float32).reshape(-1, camera.height, camera.width)
-    cores = [light._core_light() for light in lights]
-    return _core.render_visibility(
-        scene._core, camera._core_for(scene), cores, method.name, method.parameters()
+    chosen = _bounded(method, max_error=max_error, max_ms=max_ms)
+    [parts] = _parts_of_lights(scene, camera, [light], chosen, OUTPUTS)
+    outputs: dict[str, Any] = {name: getattr(parts.outputs, name) for name in OUTPUTS}
+    return Frame(
+        scene=scene,
+        camera=camera,
+        light=light,
+        method=parts.method,
+        visibility=parts.visibility,
+        timings=parts.timings,
+        stats=parts.stats,
+        adapter=parts.adapter,
+        **outputs,
     )
 
 
-def render_outputs(
+def frame_parts(
     scene: Scene,
     camera: Camera,
     light: Light,
     method: str | Method,
-    outputs: Sequence[str],
+    outputs: Sequence[Output] = (),
     *,
     culling: bool = True,
-) -> tuple[Method, dict[str, Any]]:
-    """The method, and by name the outputs, timings, statistics and adapter of one frame.
+) -> FrameParts:
+    """The visibility image and the named outputs of one frame; no more is drawn than they need.
 
     Without `culling` nothing is left out, not even what cannot change a picture.
     """
-    check_view(scene, camera, light)
     chosen = method_from(method)
-    if not isinstance(chosen, Auto):
-        return chosen, _rendered(scene, camera, light, chosen, outputs, culling)
-
-    def look(tried: Method) -> dict[str, Any]:
-        return _rendered(scene, camera, light, tried, ("visibility",), culling)
-
-    chosen, results = choose(scene, camera, light, chosen, look)
-    if tuple(outputs) != ("visibility",):
-        whole = _rendered(scene, camera, light, chosen, outputs, culling)
-        results = {**results, **{name: whole[name] for name in outputs}}
-    return chosen, results
+    [parts] = _parts_of_lights(scene, camera, [light], chosen, outputs, culling=culling)
+    return parts
 
 
-def _bounded(
-    method: str | Method, *, max_error: float | None, max_ms: float | None
-) -> str | Method:
-    """`Auto` with the bounds that are given."""
+def _parts_of_lights(
+    scene: Scene,
+    camera: Camera,
+    lights: Sequence[Light],
+    method: Method,
+    outputs: Sequence[Output] = (),
+    *,
+    culling: bool = True,
+) -> list[FrameParts]:
+    """Those of each light. With `Auto` each light has its turn, else they submit work together."""
+    check_view(scene, camera, *lights)
+
+    def rendered(
+        lights: Sequence[Light], method: Method, outputs: Sequence[Output]
+    ) -> list[FrameParts]:
+        frames = _core.render(
+            scene._core,
+            camera._core_for(scene),
+            [light._core_light() for light in lights],
+            method.name,
+            method.parameters(),
+            outputs,
+            culling=culling,
+        )
+        return [
+            FrameParts(method, found.visibility, found.timings, found.stats, found.adapter, found)
+            for found in frames
+        ]
+
+    if not isinstance(method, Auto):
+        return rendered(lights, method, outputs)
+
+    def chosen_for(light: Light) -> FrameParts:
+        parts = choose(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
+        if not outputs:
+            return parts
+        [whole] = rendered([light], parts.method, outputs)
+        return replace(parts, outputs=whole.outputs)
+
+    return [chosen_for(light) for light in lights]
+
+
+def _bounded(method: str | Method, *, max_error: float | None, max_ms: float | None) -> Method:
+    """The method; `Auto` with the bounds that are given."""
+    chosen = method_from(method)
     bounds = {"max_error": max_error, "max_ms": max_ms}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
     if not given:
-        return method
-    chosen = method_from(method)
+        return chosen
     if not isinstance(chosen, Auto):
         raise ValueError(
             f"{' and '.join(given)} must come with the method 'auto', got {chosen.name!r}"
         )
     return replace(chosen, **given)
-
-
-def _rendered(
-    scene: Scene,
-    camera: Camera,
-    light: Light,
-    chosen: Method,
-    outputs: Sequence[str],
-    culling: bool,
-) -> dict[str, Any]:
-    results = _core.render(
-        scene._core,
-        camera._core_for(scene),
-        light._core_light(),
-        chosen.name,
-        chosen.parameters(),
-        outputs,
-        culling=culling,
-    )
-    kept = (*outputs, "timings", "stats", "adapter")
-    return {name: results[name] for name in kept}
 
 
 def check_view(scene: object, camera: object, *lights: object) -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import reals
 from .camera import Camera
-from .frame import render_outputs
+from .frame import frame_parts
 from .light import Light
 from .methods import Method
 from .scene import Scene
@@ -36,7 +34,9 @@ def importance_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    return _output(scene, camera, light, method, "importance_map")
+    found = frame_parts(scene, camera, light, method, ["importance_map"]).outputs.importance_map
+    assert found is not None
+    return found
 
 
 def warp_map(
@@ -61,12 +61,8 @@ def warp_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    return _output(scene, camera, light, method, "warp_map")
-
-
-def _output(scene: Any, camera: Any, light: Any, method: Any, name: str) -> npt.NDArray[np.float32]:
-    _, results = render_outputs(scene, camera, light, method, (name,))
-    found: npt.NDArray[np.float32] = results[name]
+    found = frame_parts(scene, camera, light, method, ["warp_map"]).outputs.warp_map
+    assert found is not None
     return found
 
 

@@ -63,7 +63,7 @@ fn check_count(count: u64, device: &str, limits: &wgpu::Limits) -> Result<()> {
     if count > most {
         return Err(Error::Device(format!(
             "the scene has {count} triangles, the device {device} allows {most} in one acceleration \
-             structure; take traversal=\"compute\""
+             structure"
         )));
     }
     Ok(())

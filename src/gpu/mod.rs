@@ -309,8 +309,7 @@ impl Gpu {
             return Ok(());
         }
         Err(Error::Device(format!(
-            "traversal=\"hardware\" needs ray queries ({}), which the adapter {} ({}) lacks; take \
-             traversal=\"compute\" or \"auto\"",
+            "an acceleration structure needs ray queries ({}), which the adapter {} ({}) lacks",
             names(Features::EXPERIMENTAL_RAY_QUERY).join(", "),
             self.adapter.name,
             self.adapter.driver

@@ -29,7 +29,7 @@ pub mod view;
 pub use parameters::MapParameters;
 pub use schema::Parameters;
 pub use uniform::fit_uniform;
-pub use view::{Fitted, Layer, Plan, ReceiverCounts, Recorded, View};
+pub use view::{Fitted, Layer, Plan, Recorded, Stats, View};
 
 use crate::error::{Error, Result};
 use schema::{Groups, Schema};

@@ -14,7 +14,7 @@
 
 use super::schema::{Choices, Groups, Rule, word};
 use super::{Parameters, Recorded, ShadowMethod, View};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct RayTraced {
@@ -53,7 +53,12 @@ impl ShadowMethod for RayTraced {
         let structure = match self.traversal {
             Traversal::Auto => view.preferred_structure(),
             Traversal::Compute => None,
-            Traversal::Hardware => Some(view.acceleration_structure()?),
+            Traversal::Hardware => Some(view.acceleration_structure().map_err(|error| match error {
+                Error::Device(reason) => Error::Device(format!(
+                    "traversal='hardware' cannot be: {reason}; take traversal='compute' or 'auto'"
+                )),
+                other => other,
+            })?),
         };
         let visibility = match structure {
             Some(structure) => view.ray_queries(&structure)?,

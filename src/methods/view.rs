@@ -23,7 +23,6 @@ use crate::gpu::passes::{
     visibility,
 };
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::SceneTables;
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::reference::surface;
@@ -50,11 +49,7 @@ pub struct View<'a> {
     pending_work: Vec<PendingWork>,
     pending_facts: Vec<PendingFacts>,
     counters: Vec<(HadRoom, Counters)>,
-    facts: FactsOfPasses,
-    receiver_counts: Option<ReceiverCounts>,
-    skipped: Vec<&'static str>,
-    skipped_layers: usize,
-    measures: Vec<(&'static str, f64)>,
+    stats: Stats,
     begun: Option<InitialImage>,
 }
 
@@ -131,14 +126,21 @@ pub struct Recorded {
     pub layers: Vec<Layer>,
 }
 
-/// What a submitted frame knows about itself.
-pub struct Finished {
-    pub frame: Frame,
-    pub counters: Vec<(HadRoom, Counters)>,
+/// What a frame counts.
+#[derive(Debug, Clone, Default)]
+pub struct Stats {
+    pub triangles: usize,
+    pub degenerate_triangles: usize,
+    /// Of passes, by their labels.
     pub facts: FactsOfPasses,
-    pub receiver_counts: Option<ReceiverCounts>,
+    /// Where a method counts them.
+    pub receivers: Option<ReceiverCounts>,
+    /// Stages that this frame did not need.
     pub skipped: Vec<&'static str>,
+    pub layers: usize,
+    /// Layers that no receiver fell in.
     pub skipped_layers: usize,
+    /// What the method measured, by name.
     pub measures: Vec<(&'static str, f64)>,
 }
 
@@ -162,11 +164,11 @@ impl<'a> View<'a> {
             pending_work: Vec::new(),
             pending_facts: Vec::new(),
             counters: Vec::new(),
-            facts: FactsOfPasses::default(),
-            receiver_counts: None,
-            skipped: Vec::new(),
-            skipped_layers: 0,
-            measures: Vec::new(),
+            stats: Stats {
+                triangles: scene.triangles().len(),
+                degenerate_triangles: scene.degenerate_count(),
+                ..Stats::default()
+            },
             begun: None,
         }
     }
@@ -242,7 +244,7 @@ impl<'a> View<'a> {
             let corners = bounds.corners();
             boxes.push(corners.map(|(low, high)| (low * in_world, high * in_world)));
         }
-        self.receiver_counts = Some(counts);
+        self.stats.receivers = Some(counts);
         Ok(boxes)
     }
 
@@ -580,17 +582,17 @@ impl<'a> View<'a> {
 
     /// Names a stage that this frame does not need.
     pub fn skip(&mut self, stage: &'static str) {
-        self.skipped.push(stage);
+        self.stats.skipped.push(stage);
     }
 
     /// Counts a layer that no receiver falls in.
     pub fn skip_layer(&mut self) {
-        self.skipped_layers += 1;
+        self.stats.skipped_layers += 1;
     }
 
     /// Keeps a number that the method found, by its name in the statistics.
     pub fn measure(&mut self, name: &'static str, value: f64) {
-        self.measures.push((name, value));
+        self.stats.measures.push((name, value));
     }
 
     /// Counters to be taken after the next submission.
@@ -601,11 +603,6 @@ impl<'a> View<'a> {
     /// Whether what cannot change the picture is left out.
     pub(crate) fn culls(&self) -> bool {
         self.frame.culls
-    }
-
-    /// The scene on the device.
-    pub(crate) fn tables(&self) -> &'a SceneTables {
-        self.inputs.scene
     }
 
     /// The frame that is being recorded.
@@ -619,32 +616,34 @@ impl<'a> View<'a> {
             let parts = work.counters.iter().map(|read| Ok(results.take(read)?[0]));
             let counters = Counters::joined(&parts.collect::<Result<Vec<_>>>()?);
             let facts = (work.describe)(self.inputs.scene, &counters);
-            self.facts.add(work.label, facts);
+            self.stats.facts.add(work.label, facts);
             self.counters.push((work.had_room, counters));
         }
         for pending in self.pending_facts.drain(..) {
             let counters = results.take(&pending.counters)?;
             let facts = (pending.describe)(&self.frame.gpu, &counters)?;
-            self.facts.add(pending.label, facts);
+            self.stats.facts.add(pending.label, facts);
         }
         Ok(results)
     }
 
     /// Receivers that face the light in all layers, once their bounds were asked for.
     pub fn facing_count(&self) -> u32 {
-        self.receiver_counts.map_or(0, |counts| counts.facing)
+        self.stats.receivers.map_or(0, |counts| counts.facing)
     }
 
-    pub(crate) fn finish(self) -> Finished {
-        Finished {
-            frame: self.frame,
-            counters: self.counters,
-            facts: self.facts,
-            receiver_counts: self.receiver_counts,
-            skipped: self.skipped,
-            skipped_layers: self.skipped_layers,
-            measures: self.measures,
+    /// Whether every list of work was long enough; else there is room for the next try.
+    pub(crate) fn had_room(&self) -> Result<bool> {
+        for (had_room, counters) in &self.counters {
+            if !had_room(&self.frame.gpu, self.inputs.scene, counters)? {
+                return Ok(false);
+            }
         }
+        Ok(true)
+    }
+
+    pub(crate) fn finish(self) -> (Frame, Stats) {
+        (self.frame, self.stats)
     }
 }
 

@@ -1,21 +1,18 @@
 //! The door to Python: only the files in this folder name pyo3. Arrays in, arrays out, errors to exceptions;
 //! the GIL is released while the work is done. `python/lixel/_core.pyi` documents what is here.
 
+mod frames;
 mod parameters;
 mod world;
 
-use crate::aliasing;
 use crate::bvh::Everything;
 use crate::error::Error;
 use crate::gpu;
 use crate::gpu::passes::LABELS;
-use crate::light::Light;
 use crate::methods::scene_optimized;
 use crate::reference::{self, Reference};
-use crate::render::{MAX_TOGETHER, Outputs, Rendered, Stats, render as render_frames};
-use numpy::ndarray::{Array2, Array3, Array4};
-use numpy::{PyArray2, PyArray3, PyArray4, PyReadonlyArray2, ToPyArray};
-use parameters::method_from_python;
+use numpy::ndarray::{Array2, Array3};
+use numpy::{PyArray2, PyArray3, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -59,151 +56,6 @@ fn check_process() -> PyResult<()> {
 fn labels() -> Vec<&'static str> {
     let stages = [scene_optimized::LABEL];
     LABELS.iter().copied().chain(stages).collect()
-}
-
-#[pyfunction]
-#[pyo3(signature = (scene, camera, light, method, parameters, outputs, *, culling=true))]
-fn render<'py>(
-    scene: &PyScene,
-    camera: &PyCamera,
-    light: &PyLight,
-    method: &str,
-    parameters: &Bound<'py, PyDict>,
-    outputs: Vec<String>,
-    culling: bool,
-) -> PyResult<Bound<'py, PyDict>> {
-    check_process()?;
-    let py = parameters.py();
-    let method = method_from_python(method, parameters)?;
-    let asks_for = |name: &str| outputs.iter().any(|output| output == name);
-    let asks_for_aliasing = asks_for("aliasing_error");
-    let asks_for_largest = asks_for("largest_aliasing_error");
-    let wanted = Outputs {
-        triangle_id: asks_for("triangle_id") || asks_for_aliasing || asks_for_largest,
-        shadow_map: asks_for("shadow_map"),
-        importance_map: asks_for("importance_map"),
-        warp_map: asks_for("warp_map")
-            || asks_for_aliasing
-            || asks_for_largest
-            || asks_for("max_effective_resolution"),
-        without_culling: !culling,
-    };
-    let (camera, light) = (&camera.0, &light.0);
-    let (rendered, aliasing_error, largest_aliasing_error, effective_resolution) =
-        py.detach(|| {
-            let cache = &scene.cache;
-            let scene = scene.read();
-            let rendered = render_frames(&scene, cache, camera, &[light], &method, wanted)?;
-            let rendered = rendered.into_iter().next().expect("one for each light");
-            let layers = &rendered.layers;
-            let seen = (asks_for_aliasing || asks_for_largest)
-                .then(|| reference::surface(&scene, camera, &rendered.triangle_id));
-            let seen_for = |asked: bool| seen.as_ref().filter(|_| asked);
-            let aliasing_error = seen_for(asks_for_aliasing).map(|(positions, normals, _)| {
-                aliasing::aliasing_error(camera, light, layers, positions, normals)
-            });
-            let largest = seen_for(asks_for_largest)
-                .map(|(_, _, depths)| aliasing::largest_aliasing_error(camera, layers, depths));
-            let effective_resolution = asks_for("max_effective_resolution")
-                .then(|| aliasing::max_effective_resolution(&scene, camera, light, layers));
-            Ok::<_, Error>((rendered, aliasing_error, largest, effective_resolution))
-        })?;
-
-    let result = PyDict::new(py);
-    let shape = (camera.height as usize, camera.width as usize);
-    let Rendered {
-        visibility,
-        triangle_id,
-        shadow_map,
-        importance_maps,
-        layers,
-        timings,
-        stats,
-        adapter,
-    } = rendered;
-    result.set_item("visibility", image(py, shape, visibility))?;
-    if let Some(aliasing_error) = aliasing_error {
-        result.set_item("aliasing_error", image(py, shape, aliasing_error))?;
-    }
-    if let Some(error) = largest_aliasing_error {
-        result.set_item("largest_aliasing_error", error)?;
-    }
-    if let Some(resolution) = effective_resolution {
-        result.set_item("max_effective_resolution", (resolution.x, resolution.y))?;
-    }
-    if asks_for("triangle_id") {
-        result.set_item("triangle_id", image(py, shape, triangle_id))?;
-    }
-    if wanted.shadow_map {
-        let (height, width) = layers.first().map_or((0, 0), |layer| {
-            let map = &layer.fitted.projection;
-            (map.height as usize, map.width as usize)
-        });
-        let maps = Array3::from_shape_vec((layers.len(), height, width), shadow_map)
-            .expect("every layer has the size of the first");
-        result.set_item("shadow_map", PyArray3::from_owned_array(py, maps))?;
-    }
-    if wanted.importance_map {
-        let maps = stacked(importance_maps, 1);
-        let shape = maps.dim();
-        let maps = maps.into_shape_with_order((shape.0, shape.2, shape.3));
-        let maps = maps.expect("one block for each map");
-        result.set_item("importance_map", PyArray3::from_owned_array(py, maps))?;
-    }
-    if asks_for("light_matrix") {
-        let matrices: Vec<_> = layers
-            .iter()
-            .map(|layer| layer.fitted.projection.texel_from_world())
-            .collect();
-        let matrices = Array3::from_shape_fn((matrices.len(), 4, 4), |(layer, row, column)| {
-            matrices[layer].col(column)[row]
-        });
-        result.set_item("light_matrix", matrices.to_pyarray(py))?;
-    }
-    if asks_for("warp_map") {
-        let maps = layers
-            .into_iter()
-            .filter_map(|layer| layer.warp)
-            .map(|warp| (warp.functions, warp.boundaries, warp.values));
-        let maps = stacked(maps.collect(), 2);
-        result.set_item("warp_map", PyArray4::from_owned_array(py, maps))?;
-    }
-    let times = PyDict::new(py);
-    for (label, milliseconds) in timings {
-        times.set_item(label, milliseconds)?;
-    }
-    result.set_item("timings", times)?;
-    result.set_item("stats", stats_to_python(py, &stats)?)?;
-    result.set_item("adapter", adapter_to_python(py, &adapter)?)?;
-    Ok(result)
-}
-
-/// The visibility images of several lights, (lights, rows, columns).
-#[pyfunction]
-fn render_visibility<'py>(
-    py: Python<'py>,
-    scene: &PyScene,
-    camera: &PyCamera,
-    lights: Vec<PyRef<'py, PyLight>>,
-    method: &str,
-    parameters: &Bound<'py, PyDict>,
-) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    check_process()?;
-    let method = method_from_python(method, parameters)?;
-    let camera = &camera.0;
-    let lights: Vec<&Light> = lights.iter().map(|light| &light.0).collect();
-    let mut visibility = Vec::with_capacity(lights.len() * camera.pixel_count());
-    for group in lights.chunks(MAX_TOGETHER) {
-        py.check_signals()?;
-        let frames = py.detach(|| {
-            let (scene, cache) = (scene.read(), &scene.cache);
-            render_frames(&scene, cache, camera, group, &method, Outputs::default())
-        })?;
-        visibility.extend(frames.into_iter().flat_map(|frame| frame.visibility));
-    }
-    let shape = (lights.len(), camera.height as usize, camera.width as usize);
-    let images = Array3::from_shape_vec(shape, visibility).expect("an image for each light");
-    Ok(PyArray3::from_owned_array(py, images))
 }
 
 #[pyfunction]
@@ -307,15 +159,6 @@ fn brute_force<'py>(
     Ok(result)
 }
 
-/// Maps of (rows, columns, values) each, `blocks` times rows, as (layers, blocks, rows, columns).
-fn stacked(maps: Vec<(usize, usize, Vec<f32>)>, blocks: usize) -> Array4<f32> {
-    let count = maps.len();
-    let (rows, columns) = maps.first().map_or((0, 0), |map| (map.0, map.1));
-    let values: Vec<f32> = maps.into_iter().flat_map(|map| map.2).collect();
-    Array4::from_shape_vec((count, blocks, rows, columns), values)
-        .expect("every layer has a map of the size of the first's")
-}
-
 /// A vector of pixels as an array (H, W), without a copy.
 fn image<T: numpy::Element>(
     py: Python<'_>,
@@ -324,30 +167,6 @@ fn image<T: numpy::Element>(
 ) -> Bound<'_, PyArray2<T>> {
     let array = Array2::from_shape_vec(shape, pixels).expect("one value for each pixel");
     PyArray2::from_owned_array(py, array)
-}
-
-fn stats_to_python<'py>(py: Python<'py>, stats: &Stats) -> PyResult<Bound<'py, PyDict>> {
-    let result = PyDict::new(py);
-    result.set_item("triangles", stats.triangles)?;
-    result.set_item("degenerate_triangles", stats.degenerate_triangles)?;
-    result.set_item("layers", stats.layers)?;
-    result.set_item("skipped_layers", stats.skipped_layers)?;
-    for (label, facts) in &stats.facts.0 {
-        let pass = PyDict::new(py);
-        for fact in facts {
-            pass.set_item(fact.name, fact.value)?;
-        }
-        result.set_item(label, pass)?;
-    }
-    if let Some(counts) = stats.receivers {
-        result.set_item("covered_pixels", counts.seen)?;
-        result.set_item("facing_pixels", counts.facing)?;
-    }
-    for (name, value) in &stats.measures {
-        result.set_item(name, value)?;
-    }
-    result.set_item("skipped", &stats.skipped)?;
-    Ok(result)
 }
 
 fn adapter_to_python<'py>(
@@ -420,8 +239,8 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parameters::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(parameters::check_parameters, module)?)?;
     module.add_function(wrap_pyfunction!(labels, module)?)?;
-    module.add_function(wrap_pyfunction!(render, module)?)?;
-    module.add_function(wrap_pyfunction!(render_visibility, module)?)?;
+    module.add_class::<frames::Rendered>()?;
+    module.add_function(wrap_pyfunction!(frames::render, module)?)?;
     module.add_function(wrap_pyfunction!(surface, module)?)?;
     module.add_function(wrap_pyfunction!(reference_of_image, module)?)?;
     module.add_function(wrap_pyfunction!(brute_force, module)?)?;

@@ -22,7 +22,7 @@ from .._core import DeviceError
 from ..arguments import needs
 from ..camera import Camera
 from ..compare import compare
-from ..frame import render_outputs
+from ..frame import frame_parts
 from ..light import DirectionalLight, Light, PointLight, SpotLight
 from ..load import load
 from ..methods import Method, method_from
@@ -231,11 +231,11 @@ def evaluate(
         if not method.takes(light):
             continue
         try:
-            _, found = render_outputs(scene, camera, light, method, ("visibility",))
+            found = frame_parts(scene, camera, light, method)
         except DeviceError as error:
             yield name, {"error": str(error)}
         else:
-            yield name, _counts(found["visibility"], truth)
+            yield name, _counts(found.visibility, truth)
     if embree is not None:
         yield EMBREE, _counts(embree.shadows(truth), truth)
 

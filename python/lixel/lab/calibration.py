@@ -20,7 +20,7 @@ import numpy as np
 from .. import auto
 from ..camera import Camera
 from ..compare import compare
-from ..frame import render_outputs
+from ..frame import frame_parts
 from ..light import DirectionalLight, Light
 from ..load import load
 from ..methods import Exact, Method, RayTraced
@@ -125,16 +125,16 @@ def measure(scene: Scene, camera: Camera, light: Light) -> Iterator[dict[str, An
     methods: list[Method] = [auto.map_for(light, n) for n in resolutions]
     coarse = None
     for method in (*methods, Exact(), RayTraced()):
-        _, results = render_outputs(scene, camera, light, method, ("visibility",))
-        visibility = results["visibility"]
+        parts = frame_parts(scene, camera, light, method)
+        visibility = parts.visibility
         is_map = method.map_resolution is not None
         found = compare(visibility, truth)
-        timings = dict(results["timings"])
+        timings = dict(parts.timings)
         built = [timings.pop(label, None) for label in passes.BUILD]
         yield {
             "method": method.name,
             "resolution": method.map_resolution,
-            "layers": results["stats"]["layers"],
+            "layers": parts.stats["layers"],
             "covered": found.covered_count,
             "differing": None if coarse is None else auto.differing(coarse, visibility),
             "misclassified": found.misclassified_count,

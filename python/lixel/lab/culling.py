@@ -7,11 +7,11 @@ more with nothing left out.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..arguments import needs
-from ..frame import render_outputs
+from ..frame import FrameParts, frame_parts
 from ..light import DirectionalLight
 from . import passes
 from .hard_views import PLAIN, Case, made, methods_for
@@ -53,12 +53,9 @@ def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
         for method in methods_for(case, names):
             view = made(case.make)
             # A map that nobody wants to see is not drawn whole.
-            outputs = ("visibility",)
-            render_outputs(*view, method, outputs)
-            frames = [render_outputs(*view, method, outputs)[1] for _ in range(repeats)]
-            whole = [
-                render_outputs(*view, method, outputs, culling=False)[1] for _ in range(repeats)
-            ]
+            frame_parts(*view, method)
+            frames = [frame_parts(*view, method) for _ in range(repeats)]
+            whole = [frame_parts(*view, method, culling=False) for _ in range(repeats)]
             rows.append({"view": case.name, "method": method.name, **_skipped(frames, whole)})
     return pandas.DataFrame(rows)
 
@@ -68,12 +65,10 @@ def _lit_from_below() -> View:
     return scene, camera, DirectionalLight((0.1, 1.0, 0.2))
 
 
-def _skipped(
-    frames: Sequence[Mapping[str, Any]], whole: Sequence[Mapping[str, Any]]
-) -> dict[str, Any]:
-    stats = frames[-1]["stats"]
-    map_stats, whole_map = (f["stats"].get(passes.SHADOW_MAP, {}) for f in (frames[-1], whole[-1]))
-    lists = (f["stats"].get(passes.RECEIVER_LISTS, {}) for f in (frames[-1], whole[-1]))
+def _skipped(frames: Sequence[FrameParts], whole: Sequence[FrameParts]) -> dict[str, Any]:
+    stats = frames[-1].stats
+    map_stats, whole_map = (f.stats.get(passes.SHADOW_MAP, {}) for f in (frames[-1], whole[-1]))
+    lists = (f.stats.get(passes.RECEIVER_LISTS, {}) for f in (frames[-1], whole[-1]))
     listed = [of_frame.get("receivers") for of_frame in lists]
     return {
         "rasterized": map_stats.get("rasterized"),
@@ -85,7 +80,7 @@ def _skipped(
         "skipped_layers": stats["skipped_layers"],
         "skipped": ", ".join(stats["skipped"]),
         "settled": None if None in listed else listed[1] - listed[0],
-        "gpu_ms": min(sum(frame["timings"].values()) for frame in frames),
-        "whole_ms": min(sum(frame["timings"].values()) for frame in whole),
-        "same": frames[-1]["visibility"].tobytes() == whole[-1]["visibility"].tobytes(),
+        "gpu_ms": min(sum(frame.timings.values()) for frame in frames),
+        "whole_ms": min(sum(frame.timings.values()) for frame in whole),
+        "same": frames[-1].visibility.tobytes() == whole[-1].visibility.tobytes(),
     }

@@ -10,7 +10,7 @@ from typing import Any
 from .. import scenes
 from ..camera import Camera
 from ..compare import compare
-from ..frame import render, render_outputs
+from ..frame import FrameParts, frame_parts, render
 from ..light import Light, PointLight
 from ..methods import METHODS, Method, method_from
 from ..pictures import display
@@ -83,32 +83,32 @@ def evaluate(
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
 
-    def shadows(seen_by: Camera, method: Method) -> dict[str, Any]:
+    def shadows(seen_by: Camera, method: Method) -> FrameParts:
         # As `render_shadows`: nothing is drawn that the picture does not need.
-        return render_outputs(scene, seen_by, light, method, ("visibility",))[1]
+        return frame_parts(scene, seen_by, light, method)
 
     # In small first: pipelines are compiled on first use, and a machine without a GPU says so
     # before the reference takes its time.
     for method in methods:
         shadows(camera.resized(64, 64), method)
-    first = shadows(camera, methods[0])["timings"]
+    first = shadows(camera, methods[0]).timings
     rendered = [shadows(camera, method) for method in progress([*methods] * repeats, "render")]
     frames = []
     for i in range(len(methods)):
-        of_method = sorted(rendered[i :: len(methods)], key=lambda f: sum(f["timings"].values()))
+        of_method = sorted(rendered[i :: len(methods)], key=lambda f: sum(f.timings.values()))
         frames.append(of_method[len(of_method) // 2])
     # What depends on the camera alone ran only once, and counts for every frame.
-    shared = {name: ms for name, ms in first.items() if name not in frames[0]["timings"]}
+    shared = {name: ms for name, ms in first.items() if name not in frames[0].timings}
     status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
     rows = []
     for method, frame in zip(methods, frames, strict=True):
         name, resolution = method.spelling, method.map_resolution
-        timings = {**shared, **frame["timings"]}
-        found = compare(frame["visibility"], truth)
+        timings = {**shared, **frame.timings}
+        found = compare(frame.visibility, truth)
         if folder is not None:
             size = "" if resolution is None else f"-{resolution}"
-            display.save(folder / f"{name}{size}.png", found.picture(), frame["visibility"])
+            display.save(folder / f"{name}{size}.png", found.picture(), frame.visibility)
         rows.append(
             {
                 "method": name,

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from .._core import DeviceError
 from ..camera import Camera
 from ..compare import compare
-from ..frame import render, render_outputs
+from ..frame import frame_parts, render
 from ..light import Light
 from ..reference import Reference, reference
 from ..scene import Scene
@@ -80,18 +80,18 @@ def sample(case: Case, turn: int) -> Record:
         if turn == 0:
             record["comparison"] = _compared(case, loaded.scene)
         elif case.key not in loaded.rendered:
-            render_outputs(loaded.scene, case.camera, case.light, case.method, ("visibility",))
+            frame_parts(loaded.scene, case.camera, case.light, case.method)
         loaded.rendered.add(case.key)
         # Elsewhere for each case, too: a camera that was just seen would cost nothing.
         random = np.random.default_rng((turn, int(case.key, 16)))
         camera = moved_by_a_hair(case.camera, loaded.scene, random)
         start = time.perf_counter()
-        _, results = render_outputs(loaded.scene, camera, case.light, case.method, ("visibility",))
+        parts = frame_parts(loaded.scene, camera, case.light, case.method)
         record["wall_ms"] = 1e3 * (time.perf_counter() - start)
-        record["pass_ms"] = results["timings"]
+        record["pass_ms"] = parts.timings
         if turn == 0:
-            record["stats"] = results["stats"]
-        adapter = results["adapter"]
+            record["stats"] = parts.stats
+        adapter = parts.adapter
         record["date"] = datetime.now(timezone.utc).date().isoformat()
         record["device"], record["driver"] = adapter.get("name", ""), adapter.get("driver", "")
     except (ValueError, DeviceError) as error:
