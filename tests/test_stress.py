@@ -97,3 +97,12 @@ def test_stress_command_prints_and_writes_the_table(capsys, tmp_path):
     assert (found.loc[found["method"] == "exact", "misclassified"] == 0).all()
     assert cli.main(["lab", "stress", "-o", "table.txt"]) == 2
     assert "must end in .csv or .parquet" in capsys.readouterr().err
+
+
+def test_culling_command_prints_and_writes_the_table(capsys, tmp_path):
+    table = tmp_path / "culling.csv"
+    assert cli.main(["lab", "culling", "--method", "uniform", "-o", str(table)]) == 0
+    assert "from below the floor" in capsys.readouterr().out
+    found = read(table)
+    assert found["same"].tolist() == [True] * 3
+    assert found.attrs["command"] == "lixel lab culling --method uniform -o culling.csv"

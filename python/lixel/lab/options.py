@@ -30,6 +30,8 @@ instead of the scene's own; in a list of such objects, the one whose "file" is t
 
 SCENE_HELP = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENERATORS)}"
 
+DEFAULT_SCENE = "colonnade"
+
 MORE = "may be given more than once"
 
 TABLES = (".csv", ".parquet")

@@ -47,8 +47,6 @@ Value = TypeVar("Value")
 _MAX_IN_A_TASK = 8
 _TASKS = 64
 
-DEFAULT_SCENE = "colonnade"
-
 
 def study(
     scenes: SceneLike | Sequence[SceneLike] | Mapping[str, SceneLike],

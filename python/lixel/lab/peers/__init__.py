@@ -28,6 +28,7 @@ from ...methods import Method
 from ...reference import Reference, reference
 from ...scene import Scene
 from ..options import (
+    DEFAULT_SCENE,
     SCENE_HELP,
     add_one_method,
     add_output,
@@ -40,8 +41,6 @@ from ..report import progress, status, table
 from ..timing import moved_by_a_hair, wall_ms
 from . import rasterizers, ray_casters
 from .ray_casters import Render
-
-DEFAULT_SCENE = "colonnade"
 
 # A slow peer is timed less often, so that it takes about this many seconds in all.
 _PATIENCE = 30.0
