@@ -22,6 +22,7 @@ from ..light import Light
 from ..methods import METHODS, Method, method_from
 from .cases import Case, SceneLike, Source, Views, canonical, cases_of
 from .options import (
+    DEFAULT_SCENE,
     SCENE_HELP,
     add_methods,
     add_output,
