@@ -4,9 +4,10 @@
 //! triangles in them. No triangle is missed, because the boxes are grown by all roundings, in the space of
 //! `src/bvh.rs`, where they are one constant for an eye within reach.
 
+use super::device::Gpu;
 use super::frame::Frame;
-use super::scene_tables::{triangle_items, write_items};
-use super::{Gpu, lock};
+use super::lock::lock;
+use super::tables::{triangle_items, write_items};
 use crate::bvh::{TriangleBoxes, WALK_MARGIN};
 use crate::error::{Error, Result};
 use crate::scene::Scene;

@@ -1,8 +1,8 @@
 //! A frame: passes recorded in order, each with a label that is also its timer's key.
 
-use super::Gpu;
+use super::device::{Gpu, UNUSED_IMAGE};
 use super::gathering::Member;
-use super::pool::{self, PooledBuffer};
+use super::pool::PooledBuffer;
 use crate::error::{Error, Result};
 use bytemuck::Pod;
 use std::marker::PhantomData;
@@ -130,7 +130,7 @@ impl Frame {
         if self.reads_in_place() {
             usage |= BufferUsages::MAP_READ;
         }
-        pool::scratch(&self.gpu, what, size, usage)
+        self.gpu.pool.scratch(what, size, usage)
     }
 
     /// A uniform buffer with the value. Not pooled: it is written before the submission, so that no
@@ -148,7 +148,9 @@ impl Frame {
     /// A storage buffer that holds the values; not pooled, as uniforms are not.
     pub fn constants(&self, what: &str, values: &[f32]) -> Result<wgpu::Buffer> {
         let usage = BufferUsages::STORAGE;
-        pool::check_size(&self.gpu, what, size_of_val(values) as u64, usage)?;
+        self.gpu
+            .pool
+            .check_size(what, size_of_val(values) as u64, usage)?;
         Ok(self
             .gpu
             .device
@@ -230,7 +232,7 @@ impl Frame {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: super::UNUSED_IMAGE,
+            format: UNUSED_IMAGE,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
@@ -356,7 +358,7 @@ impl Frame {
 
     fn copy_to_staging(&mut self, source: &wgpu::Buffer, size: u64) -> Result<PooledBuffer> {
         let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = pool::scratch(&self.gpu, "read-back", size, usage)?;
+        let staging = self.gpu.pool.scratch("read-back", size, usage)?;
         self.encoder
             .copy_buffer_to_buffer(source, 0, &staging, 0, size);
         Ok(staging)
@@ -392,12 +394,10 @@ impl Frame {
         };
         let count = 2 * self.labels.len() as u32;
         let usage = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
-        let resolved = pool::scratch(
-            &self.gpu,
-            "timestamps",
-            u64::from(2 * MAX_PASSES) * 8,
-            usage,
-        )?;
+        let resolved = self
+            .gpu
+            .pool
+            .scratch("timestamps", u64::from(2 * MAX_PASSES) * 8, usage)?;
         self.encoder
             .resolve_query_set(queries, 0..count, &resolved, 0);
         self.read(Source::Kept(&resolved), count as usize).map(Some)
@@ -499,8 +499,8 @@ mod tests {
     fn cleared_scratch_is_free() {
         let gpu = Arc::new(Gpu::new().unwrap());
         clear_and_read(&gpu, false).unwrap();
-        assert!(pool::free_bytes(&gpu) >= 4 * COUNT as u64);
-        pool::clear(&gpu);
-        assert_eq!(pool::free_bytes(&gpu), 0);
+        assert!(gpu.pool.free_bytes() >= 4 * COUNT as u64);
+        gpu.pool.clear();
+        assert_eq!(gpu.pool.free_bytes(), 0);
     }
 }

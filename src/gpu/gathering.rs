@@ -1,7 +1,8 @@
 //! Submissions that several frames share: what frames record side by side, each on its thread, goes to the
 //! device together, and one wait serves all of them.
 
-use super::{Gpu, lock};
+use super::device::Gpu;
+use super::lock::lock;
 use crate::error::{Error, Result};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 

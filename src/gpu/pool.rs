@@ -1,13 +1,23 @@
 //! Scratch memory that is kept from frame to frame: fresh pages cost more than the work done in them.
 
-use super::{Gpu, lock};
+use super::lock::lock;
 use crate::error::{Error, Result};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use wgpu::BufferUsages;
+
+/// The scratch memory of one device.
+pub struct Pool {
+    device: wgpu::Device,
+    device_name: String,
+    /// The largest number of bytes that one storage buffer may hold for a shader.
+    pub largest_storage: u64,
+    largest_buffer: u64,
+    state: Mutex<State>,
+}
 
 /// Buffers that no frame is using.
 #[derive(Default)]
-pub(super) struct Pool {
+struct State {
     free: Vec<wgpu::Buffer>,
     /// How often everything was forgotten; a buffer from before does not come back.
     epoch: u64,
@@ -18,7 +28,7 @@ const CAPACITY: usize = 64;
 
 /// A buffer that goes back to the pool when it is dropped.
 pub struct PooledBuffer {
-    gpu: Arc<Gpu>,
+    pool: Arc<Pool>,
     buffer: Option<wgpu::Buffer>,
     epoch: u64,
 }
@@ -33,7 +43,7 @@ impl std::ops::Deref for PooledBuffer {
 
 impl Drop for PooledBuffer {
     fn drop(&mut self) {
-        let mut pool = lock(&self.gpu.pool);
+        let mut pool = lock(&self.pool.state);
         if pool.epoch != self.epoch {
             return;
         }
@@ -53,60 +63,79 @@ impl PooledBuffer {
     }
 }
 
-/// A scratch buffer of exactly `size` bytes, its content undefined.
-pub fn scratch(gpu: &Arc<Gpu>, what: &str, size: u64, usage: BufferUsages) -> Result<PooledBuffer> {
-    check_size(gpu, what, size, usage)?;
-    let mut pool = lock(&gpu.pool);
-    let found = pool
-        .free
-        .iter()
-        .rposition(|buffer| buffer.size() == size && buffer.usage() == usage);
-    let buffer = match found {
-        Some(index) => pool.free.remove(index),
-        None => gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(what),
-            size,
-            usage,
-            mapped_at_creation: false,
-        }),
-    };
-    Ok(PooledBuffer {
-        gpu: gpu.clone(),
-        buffer: Some(buffer),
-        epoch: pool.epoch,
-    })
-}
-
-/// Frees the buffers that no frame is using.
-pub fn clear(gpu: &Gpu) {
-    lock(&gpu.pool).free.clear();
-}
-
-/// Frees them, and those in use as soon as they are not: any may be one that the device had no memory for.
-pub(super) fn forget(gpu: &Gpu) {
-    let mut pool = lock(&gpu.pool);
-    pool.free.clear();
-    pool.epoch += 1;
-}
-
-/// Bytes in buffers that no frame is using.
-#[cfg(test)]
-pub fn free_bytes(gpu: &Gpu) -> u64 {
-    lock(&gpu.pool).free.iter().map(wgpu::Buffer::size).sum()
-}
-
-/// Refuses what the device cannot hold before it is asked to.
-pub fn check_size(gpu: &Gpu, what: &str, size: u64, usage: BufferUsages) -> Result<()> {
-    let most = if usage.contains(BufferUsages::STORAGE) {
-        gpu.largest_storage()
-    } else {
-        gpu.limits.max_buffer_size
-    };
-    if size > most {
-        return Err(Error::Device(format!(
-            "the {what} needs {size} bytes in one buffer, the device {} allows {most}",
-            gpu.adapter.name
-        )));
+impl Pool {
+    pub(super) fn new(device: &wgpu::Device, limits: &wgpu::Limits, device_name: &str) -> Self {
+        Self {
+            device: device.clone(),
+            device_name: device_name.to_string(),
+            largest_storage: limits
+                .max_storage_buffer_binding_size
+                .min(limits.max_buffer_size),
+            largest_buffer: limits.max_buffer_size,
+            state: Mutex::default(),
+        }
     }
-    Ok(())
+
+    /// A scratch buffer of exactly `size` bytes, its content undefined.
+    pub fn scratch(
+        self: &Arc<Self>,
+        what: &str,
+        size: u64,
+        usage: BufferUsages,
+    ) -> Result<PooledBuffer> {
+        self.check_size(what, size, usage)?;
+        let mut state = lock(&self.state);
+        let found = state
+            .free
+            .iter()
+            .rposition(|buffer| buffer.size() == size && buffer.usage() == usage);
+        let buffer = match found {
+            Some(index) => state.free.remove(index),
+            None => self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(what),
+                size,
+                usage,
+                mapped_at_creation: false,
+            }),
+        };
+        Ok(PooledBuffer {
+            pool: self.clone(),
+            buffer: Some(buffer),
+            epoch: state.epoch,
+        })
+    }
+
+    /// Frees the buffers that no frame is using.
+    pub fn clear(&self) {
+        lock(&self.state).free.clear();
+    }
+
+    /// Frees them, and those in use as soon as they are not: any may be one that the device had no memory for.
+    pub(super) fn forget(&self) {
+        let mut state = lock(&self.state);
+        state.free.clear();
+        state.epoch += 1;
+    }
+
+    /// Bytes in buffers that no frame is using.
+    #[cfg(test)]
+    pub fn free_bytes(&self) -> u64 {
+        lock(&self.state).free.iter().map(wgpu::Buffer::size).sum()
+    }
+
+    /// Refuses what the device cannot hold before it is asked to.
+    pub fn check_size(&self, what: &str, size: u64, usage: BufferUsages) -> Result<()> {
+        let most = if usage.contains(BufferUsages::STORAGE) {
+            self.largest_storage
+        } else {
+            self.largest_buffer
+        };
+        if size > most {
+            return Err(Error::Device(format!(
+                "the {what} needs {size} bytes in one buffer, the device {} allows {most}",
+                self.device_name
+            )));
+        }
+        Ok(())
+    }
 }

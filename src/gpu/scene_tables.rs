@@ -1,11 +1,13 @@
 //! The scene on the device.
 
 use super::acceleration::KeptStructure;
+use super::device::Gpu;
 use super::frame::Frame;
-use super::{Gpu, lock};
+use super::lock::lock;
+use super::tables::{new_table, triangle_items, write_items, write_table};
 use crate::bvh::Bvh;
 use crate::edges::Edges;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::Scene;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec4, Vec3, Vec4};
@@ -88,21 +90,6 @@ impl HierarchyTables {
     }
 }
 
-/// A table of triangles in the order of a search.
-pub(super) fn triangle_items(gpu: &Gpu, count: usize) -> Result<wgpu::TextureView> {
-    let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
-    new_table(gpu, "searched triangles", whole_numbers, count.max(1))
-}
-
-/// (vertex, vertex, vertex, triangle) of each.
-pub(super) fn write_items(gpu: &Gpu, table: &wgpu::TextureView, scene: &Scene, order: &[u32]) {
-    let items = order.par_iter().map(|&t| {
-        let [a, b, c] = scene.triangles()[t as usize];
-        UVec4::new(a, b, c, t)
-    });
-    write_table(gpu, table, items.collect());
-}
-
 /// The scene's edges as `shaders/shadow_volumes.wgsl` reads them.
 pub struct EdgeTables {
     /// (vertex, vertex, first use, uses).
@@ -129,9 +116,6 @@ impl EdgeTables {
         Ok(tables)
     }
 }
-
-/// Elements in a row of a table, as in `shaders/lib/tables.wgsl`.
-const ROW: usize = 1 << 12;
 
 impl SceneTables {
     pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
@@ -222,54 +206,6 @@ fn built_once<T>(
     let built = Arc::new(build()?);
     *cached = Some(built.clone());
     Ok((built, true))
-}
-
-fn new_table(
-    gpu: &Gpu,
-    what: &str,
-    format: wgpu::TextureFormat,
-    count: usize,
-) -> Result<wgpu::TextureView> {
-    let rows = count.div_ceil(ROW) as u64;
-    let most = u64::from(gpu.limits.max_texture_dimension_2d);
-    if rows > most {
-        return Err(Error::Device(format!(
-            "the scene's {what} have {count} rows, the device {} allows {}",
-            gpu.adapter.name,
-            most * ROW as u64
-        )));
-    }
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(what),
-        size: wgpu::Extent3d {
-            width: ROW as u32,
-            height: rows as u32,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
-}
-
-/// The table may have room for more values.
-fn write_table<T: bytemuck::Pod>(gpu: &Gpu, table: &wgpu::TextureView, mut values: Vec<T>) {
-    let rows = table.texture().height() as usize;
-    values.resize(rows * ROW, T::zeroed());
-    gpu.queue.write_texture(
-        table.texture().as_image_copy(),
-        bytemuck::cast_slice(&values),
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some((ROW * size_of::<T>()) as u32),
-            rows_per_image: None,
-        },
-        table.texture().size(),
-    );
 }
 
 /// Triangles of zero area shrink to one vertex, which the rasterizer leaves out whatever it rounds.

@@ -224,7 +224,7 @@ fn device(py: Python) -> PyResult<Bound<PyDict>> {
 fn clear_cache(py: Python) -> PyResult<()> {
     check_process()?;
     let gpu = py.detach(gpu::gpu)?;
-    gpu::pool::clear(&gpu);
+    gpu.pool.clear();
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! Pass "boundary": weights of the receivers near the boundaries of shadows, from a visibility image.
 
-use super::Receivers;
+use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;

@@ -1,14 +1,15 @@
 //! Pass "caster tests": casters against the listed receivers, `shaders/caster_tests.wgsl`.
 
+use super::facts::{Fact, Facts, PendingFacts};
+use super::inputs::Receivers;
 use super::light_grid::LightGrid;
 use super::receiver_lists::ReceiverLists;
 use super::warp_map::{self, WarpMap};
 use super::work_items::{self, PendingWork, Stages};
-use super::{Fact, Facts, PendingFacts, Receivers};
 use crate::error::Result;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Frame, Source, buffer, table};
-use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::shaders::{Shader, flag};
 
 pub const LABEL: &str = "caster tests";
 

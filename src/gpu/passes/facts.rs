@@ -1,7 +1,7 @@
 //! What passes count, for the statistics of a frame.
 
 use crate::error::Result;
-use crate::gpu::Gpu;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::Read;
 
 /// A number that a pass counted.

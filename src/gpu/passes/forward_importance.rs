@@ -1,7 +1,7 @@
 //! Pass "forward importance": what a light's depth image makes of each cell of its map.
 
-use super::Receivers;
 use super::importance_map::{Factors, ImportanceMap};
+use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
 use crate::gpu::shaders::Shader;

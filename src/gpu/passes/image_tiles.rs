@@ -1,9 +1,10 @@
 //! Pass "image tiles": the visibility image before any caster, and its tiles that may hold receivers of a layer,
 //! which the passes over them look at alone.
 
-use super::{Fact, Facts, PendingFacts, Receivers};
+use super::facts::{Fact, Facts, PendingFacts};
+use super::inputs::{BYTES_OF_CHOICE, CHOICES, IMAGE_TILE, ImageTiles, Receivers};
 use crate::error::Result;
-use crate::gpu::Gpu;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
@@ -11,13 +12,6 @@ use crate::region::Region;
 use std::sync::Arc;
 
 pub const LABEL: &str = "image tiles";
-
-/// Columns and rows of a tile, as in `shaders/lib/image_tiles.wgsl`.
-pub const IMAGE_TILE: [u32; 2] = [64, 32];
-
-/// Workgroups for invocations of 1, 2, 4, ... rows up to all of a tile.
-const CHOICES: u64 = IMAGE_TILE[1].ilog2() as u64 + 1;
-const BYTES_OF_CHOICE: u64 = 12;
 
 /// An image that was begun, on the device.
 pub struct InitialImage {
@@ -30,21 +24,6 @@ pub struct InitialImage {
     depth_ranges: PooledBuffer,
     /// Of each region that was asked for.
     listed: Vec<(Region, Arc<ImageTiles>)>,
-}
-
-/// Tiles of one layer, on the device.
-pub struct ImageTiles {
-    pub listed: PooledBuffer,
-    groups: PooledBuffer,
-}
-
-impl ImageTiles {
-    pub fn groups(&self, rows_per_invocation: u32) -> Groups<'_> {
-        debug_assert!(rows_per_invocation.is_power_of_two());
-        let choice = u64::from(rows_per_invocation.ilog2());
-        debug_assert!(choice < CHOICES);
-        Groups::Indirect(&self.groups, BYTES_OF_CHOICE * choice)
-    }
 }
 
 /// Columns and rows of tiles.

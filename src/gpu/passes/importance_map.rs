@@ -1,13 +1,12 @@
 //! Pass "importance map": what the receivers make of each cell of the light's map.
 
-use super::Receivers;
 use super::boundary::BoundaryWeights;
+use super::inputs::Receivers;
 use super::warp_map::{self, Axis, WarpMap};
 use crate::error::Result;
-use crate::gpu::flag;
 use crate::gpu::frame::{Binding, Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::Shader;
+use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 

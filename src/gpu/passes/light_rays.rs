@@ -1,13 +1,14 @@
 //! The rays of the receivers towards the light, whichever pass searches for what they meet:
 //! `shaders/lib/light_rays.wgsl`.
 
-use super::{Describe, Fact, Facts, PendingFacts, Receivers};
+use super::facts::{Describe, Fact, Facts, PendingFacts};
+use super::inputs::Receivers;
 use crate::error::{Error, Result};
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::double_single;
-use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;

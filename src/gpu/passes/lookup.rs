@@ -1,11 +1,10 @@
 //! Pass "lookup": the shadow test of every pixel.
 
-use super::Receivers;
+use super::inputs::Receivers;
 use super::rasterize::Target;
 use super::warp_map::{self, WarpMap};
-use crate::gpu::flag;
 use crate::gpu::frame::{Dispatch, Frame, buffer, table};
-use crate::gpu::shaders::Shader;
+use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
 
 pub const LABEL: &str = "lookup";

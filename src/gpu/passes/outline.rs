@@ -1,6 +1,6 @@
 //! Pass "outline": points of the receivers across the light, for fits that turn the map.
 
-use super::Receivers;
+use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
 use crate::gpu::shaders::Shader;

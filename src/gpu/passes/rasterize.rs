@@ -1,16 +1,16 @@
 //! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`; through a
 //! warp of many functions, `shaders/rasterize_bands.wgsl`.
 
+use super::facts::{Fact, Facts};
 use super::tessellate::{self, tessellate};
 use super::warp_map::{self, WarpMap};
 use super::work_items::{self, Counters, PendingWork, Stages};
-use super::{Fact, Facts};
 use crate::error::Result;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Frame, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
-use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::shaders::{Shader, flag};
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 

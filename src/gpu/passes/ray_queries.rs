@@ -1,10 +1,11 @@
 //! Pass "ray queries": the shadow of every pixel by a ray query of the device, `shaders/ray_queries.wgsl`.
 
+use super::facts::{Facts, PendingFacts};
+use super::inputs::Receivers;
 use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
-use super::{Facts, PendingFacts, Receivers};
 use crate::error::Result;
-use crate::gpu::Gpu;
 use crate::gpu::acceleration::AccelerationStructure;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;

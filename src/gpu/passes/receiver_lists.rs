@@ -1,13 +1,14 @@
 //! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
 
+use super::facts::{Fact, Facts, PendingFacts};
+use super::inputs::Receivers;
 use super::light_grid::{LightGrid, TILE};
 use super::warp_map::{self, WarpMap};
-use super::{Fact, Facts, PendingFacts, Receivers};
 use crate::error::Result;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::shaders::{Shader, flag};
 
 pub const LABEL: &str = "receiver lists";
 

@@ -1,6 +1,6 @@
 //! Pass "receiver tiles": the tiles of a shadow map that receivers look at.
 
-use super::Receivers;
+use super::inputs::Receivers;
 use super::rasterize::{TILE_SHIFT, tiles_of_map};
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;

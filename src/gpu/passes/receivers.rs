@@ -1,7 +1,7 @@
 //! Pass "receivers": the box around the receivers that face the light, in texels and depth of a
 //! projection, by a parallel reduction.
 
-use super::Receivers;
+use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Read, Source, buffer};
 use crate::gpu::shaders::Shader;

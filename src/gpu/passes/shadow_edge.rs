@@ -1,8 +1,8 @@
 //! Pass "shadow edge": depth discontinuities of a light's depth image.
 
+use super::inputs::Inputs;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
-use crate::gpu::passes::Inputs;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;

@@ -1,6 +1,6 @@
 //! Pass "shadow map": casters to nearest depth per texel, seen from the light.
 
-use super::Inputs;
+use super::inputs::Inputs;
 use super::rasterize::{RasterJob, Rasterized, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;

@@ -1,11 +1,12 @@
 //! Pass "shadow rays": the shadow of every pixel by a ray through a hierarchy that compute walks,
 //! `shaders/shadow_rays.wgsl`.
 
+use super::facts::{Facts, PendingFacts};
+use super::inputs::Receivers;
 use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
-use super::{Facts, PendingFacts, Receivers};
 use crate::bvh::WALK_MARGIN;
 use crate::error::Result;
-use crate::gpu::Gpu;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Frame, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::HierarchyTables;

@@ -1,13 +1,14 @@
 //! Pass "shadow volumes": the shadow of every pixel by counting faces of shadow volumes on the
 //! rasterization hardware, `shaders/shadow_volumes.wgsl`.
 
-use super::{Describe, Fact, Facts, PendingFacts, Receivers};
+use super::facts::{Describe, Fact, Facts, PendingFacts};
+use super::inputs::Receivers;
 use crate::error::{Error, Result};
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Draw, Frame, Groups, Source, Vertices, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::{EdgeTables, double_single};
-use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;

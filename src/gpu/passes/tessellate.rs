@@ -4,11 +4,11 @@
 use super::warp_map::{self, WarpMap};
 use super::work_items::{Counters, GROUP};
 use crate::error::{Error, Result};
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
-use crate::gpu::shaders::Shader;
-use crate::gpu::{Gpu, flag};
+use crate::gpu::shaders::{Shader, flag};
 use crate::projection::{Projection, ProjectionUniform};
 use bytemuck::{Pod, Zeroable};
 use std::sync::atomic::Ordering;

@@ -1,6 +1,6 @@
 //! Pass "visibility": camera to nearest depth and triangle per pixel.
 
-use super::Inputs;
+use super::inputs::Inputs;
 use super::rasterize::{RasterJob, Rasterization, Rasterized, Target, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;

@@ -1,10 +1,9 @@
 //! Pass "warp map": importance to monotone functions, `shaders/warp_map.wgsl`.
 
 use crate::error::Result;
-use crate::gpu::flag;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::Shader;
+use crate::gpu::shaders::{Shader, flag};
 use bytemuck::{Pod, Zeroable};
 
 pub const LABEL: &str = "warp map";

@@ -1,8 +1,8 @@
 //! Lists of work between the dispatches of a pass, `shaders/lib/work_items.wgsl`.
 
-use super::{Fact, Facts};
+use super::facts::{Fact, Facts};
 use crate::error::{Error, Result};
-use crate::gpu::Gpu;
+use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, Read, Source, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;

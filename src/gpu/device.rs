@@ -1,0 +1,427 @@
+//! The device: one for the process, with its pipelines and its memory.
+
+use super::adapters::{
+    AdapterDescription, HOW_TO_INSTALL, REQUIRED_FEATURES, describe, names, ranked_adapters,
+    used_features,
+};
+use super::lock::lock;
+use super::pool::Pool;
+use super::shaders::Shader;
+use crate::error::{Error, Result};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, Mutex, OnceLock};
+use wgpu::{DeviceType, Features};
+
+/// The device in use with everything made for it once.
+pub struct Gpu {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub adapter: AdapterDescription,
+    pub features: Features,
+    pub limits: wgpu::Limits,
+    is_cpu: bool,
+    compiles_ray_queries: OnceLock<bool>,
+    /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
+    /// them off to where it draws.
+    times_by_clock: AtomicBool,
+    pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::ComputePipeline>>>,
+    render_pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::RenderPipeline>>>,
+    pub pool: Arc<Pool>,
+    /// First error that no call returned; the frame that finds it fails with it.
+    error: Arc<Mutex<Option<String>>>,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+struct PipelineKey {
+    shader: Shader,
+    /// The vertex stage's and the fragment stage's, where there are two.
+    entry_points: [&'static str; 2],
+    constants: Vec<(&'static str, u64)>,
+}
+
+impl PipelineKey {
+    fn new(
+        shader: Shader,
+        entry_points: [&'static str; 2],
+        constants: &[(&'static str, f64)],
+    ) -> Self {
+        Self {
+            shader,
+            entry_points,
+            constants: constants.iter().map(|&(n, v)| (n, v.to_bits())).collect(),
+        }
+    }
+}
+
+/// Of the image that a render pass must have.
+pub const UNUSED_IMAGE: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+static GPU: LazyLock<Mutex<Option<Arc<Gpu>>>> = LazyLock::new(|| Mutex::new(None));
+
+/// The device of this process, made at the first call, and made anew after it was lost.
+pub fn gpu() -> Result<Arc<Gpu>> {
+    let mut current = lock(&GPU);
+    if let Some(gpu) = current.as_ref()
+        && lock(&gpu.lost).is_none()
+    {
+        return Ok(gpu.clone());
+    }
+    let gpu = Arc::new(Gpu::new()?);
+    *current = Some(gpu.clone());
+    Ok(gpu)
+}
+
+/// A driver may tell of what is experimental and fail with it: then the device does without.
+fn open_device<D, E>(
+    wanted: Features,
+    mut request: impl FnMut(Features) -> std::result::Result<D, E>,
+) -> std::result::Result<(Features, D), E> {
+    let plain = wanted - Features::all_experimental_mask();
+    match request(wanted) {
+        Err(_) if plain != wanted => Ok((plain, request(plain)?)),
+        outcome => Ok((wanted, outcome?)),
+    }
+}
+
+impl Gpu {
+    pub(super) fn new() -> Result<Self> {
+        let Some(adapter) = ranked_adapters().into_iter().next() else {
+            return Err(Error::Device(match std::env::var("WGPU_ADAPTER_NAME") {
+                Ok(name) => format!(
+                    "no GPU adapter has {name:?} in its name (environment variable WGPU_ADAPTER_NAME)"
+                ),
+                Err(_) => format!("no GPU adapter found; {HOW_TO_INSTALL}"),
+            }));
+        };
+        let description = describe(&adapter.get_info());
+        let missing = REQUIRED_FEATURES - adapter.features();
+        if !missing.is_empty() {
+            return Err(Error::Device(format!(
+                "the adapter {} ({}) lacks {}; {HOW_TO_INSTALL}",
+                description.name,
+                description.driver,
+                names(missing).join(", ")
+            )));
+        }
+        let limits = adapter.limits();
+        let request = |features| {
+            pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+                label: Some("lixel"),
+                required_features: features,
+                required_limits: limits.clone(),
+                // SAFETY: of these, only ray queries are used, as their documentation asks: a query is
+                // stepped after its start and until it ends, over a structure that was built.
+                experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
+                ..Default::default()
+            }))
+        };
+        let (features, (device, queue)) =
+            open_device(used_features(&adapter), request).map_err(|error| {
+                Error::Device(format!(
+                    "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
+                    description.name, description.driver
+                ))
+            })?;
+        let error = Arc::new(Mutex::new(None));
+        let first_error = error.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            lock(&first_error).get_or_insert_with(|| error.to_string());
+        }));
+        let lost = Arc::new(Mutex::new(None));
+        let why_lost = lost.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            lock(&why_lost).get_or_insert_with(|| format!("{reason:?}: {message}"));
+        });
+        let pool = Arc::new(Pool::new(&device, &limits, &description.name));
+        Ok(Self {
+            device,
+            queue,
+            adapter: description,
+            features,
+            limits,
+            is_cpu: adapter.get_info().device_type == DeviceType::Cpu,
+            compiles_ray_queries: OnceLock::new(),
+            times_by_clock: AtomicBool::new(false),
+            pipelines: Mutex::default(),
+            render_pipelines: Mutex::default(),
+            pool,
+            error,
+            lost,
+        })
+    }
+
+    pub fn has_timestamps(&self) -> bool {
+        self.features.contains(Features::TIMESTAMP_QUERY)
+    }
+
+    pub fn has_ray_queries(&self) -> bool {
+        self.features.contains(Features::EXPERIMENTAL_RAY_QUERY)
+    }
+
+    /// Whether ray queries are likely to be faster than a walk in compute: on a CPU driver they are not.
+    pub fn prefers_ray_queries(&self) -> bool {
+        let compiles = || {
+            *self
+                .compiles_ray_queries
+                .get_or_init(|| self.compiles("ray_queries"))
+        };
+        self.has_ray_queries() && !self.is_cpu && compiles()
+    }
+
+    /// What is experimental may fail in the driver's compiler, too.
+    fn compiles(&self, shader: &'static str) -> bool {
+        let pipeline = || Ok(self.compile(Shader::new(shader), "main", &[]));
+        self.catch_errors(pipeline).is_ok()
+    }
+
+    /// Fails where the device has no ray queries.
+    pub fn check_ray_queries(&self) -> Result<()> {
+        if self.has_ray_queries() {
+            return Ok(());
+        }
+        Err(Error::Device(format!(
+            "an acceleration structure needs ray queries ({}), which the adapter {} ({}) lacks",
+            names(Features::EXPERIMENTAL_RAY_QUERY).join(", "),
+            self.adapter.name,
+            self.adapter.driver
+        )))
+    }
+
+    /// Does the work; what the device refuses in it is this call's error, and no frame's.
+    pub(super) fn catch_errors<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let scopes = [
+            wgpu::ErrorFilter::Validation,
+            wgpu::ErrorFilter::OutOfMemory,
+            wgpu::ErrorFilter::Internal,
+        ]
+        .map(|filter| self.device.push_error_scope(filter));
+        let done = work();
+        // The last one pushed is the first one popped.
+        let errors = scopes.into_iter().rev();
+        let errors: Vec<_> = errors
+            .filter_map(|scope| pollster::block_on(scope.pop()))
+            .collect();
+        match errors.first() {
+            Some(error) => Err(self.refusal(error)),
+            None => done,
+        }
+    }
+
+    fn refusal(&self, reason: impl std::fmt::Display) -> Error {
+        Error::Device(format!(
+            "the device {} ({}) refused: {reason}",
+            self.adapter.name, self.adapter.driver
+        ))
+    }
+
+    /// The largest number of bytes that one storage buffer may hold for a shader.
+    pub fn largest_storage(&self) -> u64 {
+        self.pool.largest_storage
+    }
+
+    /// Whether passes are timed by the clock.
+    pub fn times_by_clock(&self) -> bool {
+        self.times_by_clock.load(Ordering::Relaxed)
+    }
+
+    /// Before the rasterization hardware is used.
+    pub fn before_draw(&self) {
+        self.times_by_clock.store(self.is_cpu, Ordering::Relaxed);
+    }
+
+    /// How much an invocation does one after the other: a GPU wants many invocations, a CPU few.
+    pub fn work_per_invocation(&self, on_gpu: u32, on_cpu: u32) -> u32 {
+        if self.is_cpu { on_cpu } else { on_gpu }
+    }
+
+    /// Names of the optional and required features in use.
+    pub fn feature_names(&self) -> Vec<String> {
+        names(self.features)
+    }
+
+    /// Takes the error that no call returned, if there is one.
+    pub(super) fn take_error(&self) -> Result<()> {
+        if let Some(reason) = lock(&self.lost).clone() {
+            return Err(Error::Device(format!(
+                "the device {} was lost ({reason}); the next call takes a new one",
+                self.adapter.name
+            )));
+        }
+        match lock(&self.error).take() {
+            Some(message) => Err(self.refusal(message)),
+            None => Ok(()),
+        }
+    }
+
+    /// Forgets what is kept from frame to frame, after one failed: what the device had no memory for is
+    /// there, but cannot be used.
+    pub(super) fn forget(&self) {
+        self.pool.forget();
+        lock(&self.pipelines).clear();
+        lock(&self.render_pipelines).clear();
+    }
+
+    /// The compiled entry point of a shader, made at first use.
+    pub fn pipeline(
+        &self,
+        shader: Shader,
+        entry_point: &'static str,
+        constants: &[(&'static str, f64)],
+    ) -> Arc<wgpu::ComputePipeline> {
+        let key = PipelineKey::new(shader, [entry_point, ""], constants);
+        lock(&self.pipelines)
+            .entry(key)
+            .or_insert_with(|| Arc::new(self.compile(shader, entry_point, constants)))
+            .clone()
+    }
+
+    /// The compiled vertex and fragment stage of a shader, made at first use: triangles of either winding,
+    /// each pixel whose centre is covered once, nothing written but to storage.
+    pub fn render_pipeline(
+        &self,
+        shader: Shader,
+        entry_points: [&'static str; 2],
+        constants: &[(&'static str, f64)],
+    ) -> Arc<wgpu::RenderPipeline> {
+        let key = PipelineKey::new(shader, entry_points, constants);
+        lock(&self.render_pipelines)
+            .entry(key)
+            .or_insert_with(|| Arc::new(self.compile_stages(shader, entry_points, constants)))
+            .clone()
+    }
+
+    fn compile_stages(
+        &self,
+        shader: Shader,
+        [vertex, fragment]: [&str; 2],
+        constants: &[(&str, f64)],
+    ) -> wgpu::RenderPipeline {
+        let module = self.module(shader);
+        let compilation_options = wgpu::PipelineCompilationOptions {
+            constants,
+            ..Default::default()
+        };
+        self.device
+            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(&format!("{} {vertex} {fragment}", shader.file)),
+                layout: None,
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: compilation_options.clone(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(fragment),
+                    compilation_options,
+                    targets: &[Some(wgpu::ColorTargetState {
+                        format: UNUSED_IMAGE,
+                        blend: None,
+                        write_mask: wgpu::ColorWrites::empty(),
+                    })],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+    }
+
+    fn compile(
+        &self,
+        shader: Shader,
+        entry_point: &str,
+        constants: &[(&str, f64)],
+    ) -> wgpu::ComputePipeline {
+        let module = self.module(shader);
+        self.device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(&format!("{} {entry_point}", shader.file)),
+                layout: None,
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    zero_initialize_workgroup_memory: true,
+                },
+                cache: None,
+            })
+    }
+
+    fn module(&self, shader: Shader) -> wgpu::ShaderModule {
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(shader.file),
+            source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
+        };
+        // Bounds checks and loop counters cost up to 100 times in inner loops; the tests run with them.
+        if std::env::var_os("LIXEL_CHECKED_SHADERS").is_some() {
+            self.device.create_shader_module(descriptor)
+        } else {
+            // SAFETY: the shaders are this crate's own; every index is bounded by the length of its
+            // array or by what the host wrote, and every loop ends.
+            unsafe {
+                self.device.create_shader_module_trusted(
+                    descriptor,
+                    wgpu::ShaderRuntimeChecks::unchecked(),
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_that_fails_with_ray_queries_is_used_without() {
+        let wanted = REQUIRED_FEATURES | Features::EXPERIMENTAL_RAY_QUERY;
+        let mut asked = Vec::new();
+        let mut open = |wanted, works: fn(Features) -> bool| {
+            asked.clear();
+            let outcome = open_device(wanted, |features| {
+                asked.push(features);
+                if works(features) { Ok(()) } else { Err(()) }
+            });
+            (outcome, asked.len())
+        };
+        let is_plain = |features| features == REQUIRED_FEATURES;
+        assert_eq!(open(wanted, |_| true), (Ok((wanted, ())), 1));
+        assert_eq!(open(wanted, is_plain), (Ok((REQUIRED_FEATURES, ())), 2));
+        assert_eq!(open(wanted, |_| false), (Err(()), 2));
+        assert_eq!(open(REQUIRED_FEATURES, |_| false), (Err(()), 1));
+    }
+
+    #[test]
+    fn a_gpu_prefers_ray_queries_and_a_cpu_does_not() {
+        let mut gpu = Gpu::new().unwrap();
+        gpu.is_cpu = false;
+        assert_eq!(gpu.prefers_ray_queries(), gpu.has_ray_queries());
+        assert_eq!(gpu.compiles("ray_queries"), gpu.has_ray_queries());
+        assert!(gpu.compiles("shadow_rays"));
+        gpu.is_cpu = true;
+        assert!(!gpu.prefers_ray_queries());
+        assert_eq!(gpu.take_error(), Ok(()));
+    }
+
+    #[test]
+    fn a_refusal_in_a_scope_is_no_frame_s() {
+        let gpu = Gpu::new().unwrap();
+        let refused = gpu.catch_errors(|| {
+            Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size: u64::MAX,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }))
+        });
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains("refused"), "{message}");
+        assert_eq!(gpu.take_error(), Ok(()));
+        assert_eq!(gpu.catch_errors(|| Ok(7)), Ok(7));
+    }
+}
