@@ -26,7 +26,7 @@ fn bound_of_tile(bound: Bound, tile: u32, side: i32) -> Bound {
 // Where the number of casters is only known here.
 @compute @workgroup_size(1)
 fn prepare_bin() {
-    let count = caster_count(0u, counters.pieces);
+    let count = caster_count(0u, atomicLoad(&counters.pieces));
     groups_of_next = groups_for((count + items_per_invocation - 1u) / items_per_invocation);
 }
 

@@ -5,15 +5,14 @@
 #import warp
 #import lib/seams
 
-struct Tiles {
+struct ReceiverTiles {
     shift: u32,                         // binary logarithm of the side of a tile
     columns: u32,
     reach: f32,                         // texels around a receiver's place that its lookup may ask for
-    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
-@group(0) @binding(1) var<uniform> tiles_uniform: Tiles;
+@group(0) @binding(1) var<uniform> tiles_uniform: ReceiverTiles;
 @group(0) @binding(2) var<storage, read_write> receiver_tiles: array<atomic<u32>>;
 
 // The lookup of a torn warp begins up to a texel beside the receiver's own, and this pass may round otherwise.
@@ -60,13 +59,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 }
 
 // Columns and rows of the tiles at the corners of a square around a place.
-fn tiles_around(tiles: Tiles, place: vec2<f32>, reach: f32, size: vec2<f32>) -> vec4<u32> {
+fn tiles_around(tiles: ReceiverTiles, place: vec2<f32>, reach: f32, size: vec2<f32>) -> vec4<u32> {
     let first = vec2<u32>(clamp(place - reach, vec2<f32>(0.0), size - 1.0));
     let last = vec2<u32>(clamp(place + reach, vec2<f32>(0.0), size - 1.0));
     return vec4<u32>(first, last) >> vec4<u32>(tiles.shift);
 }
 
-fn mark(tiles: Tiles, corners: vec4<u32>) {
+fn mark(tiles: ReceiverTiles, corners: vec4<u32>) {
     atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.x], 1u);
     atomicStore(&receiver_tiles[corners.y * tiles.columns + corners.z], 1u);
     atomicStore(&receiver_tiles[corners.w * tiles.columns + corners.x], 1u);

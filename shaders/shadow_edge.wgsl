@@ -7,7 +7,6 @@ struct ShadowEdge {
     constant_bias: f32,                 // depth
     beam_bias: f32,                     // depth per growth of a texel's beam
     floor: f32,                         // Rosen's alpha
-    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;

@@ -11,23 +11,10 @@
 // is no longer, or much thinner, than a function is wide.
 #import projection
 #import warp
+#import lib/counters
 #import lib/edges
 #import lib/invocations
 #import lib/pieces
-
-struct Counters {
-    items: u32,                         // these four are the rasterizer's
-    coarse_tiles: u32,
-    outside: u32,
-    behind: u32,
-    hidden: u32,
-    pieces: atomic<u32>,                // for the rasterizer, beyond their capacity too
-    current: u32,                       // pieces of this round
-    next: atomic<u32>,                  // and of the next one, beyond their capacity too
-    most_unfinished: u32,               // of all rounds
-    lost: atomic<u32>,                  // pieces that found no room
-    is_linear: u32,
-}
 
 // Not yet in the map, because it may be split.
 struct Unfinished {
@@ -37,14 +24,14 @@ struct Unfinished {
     c: vec3<f32>,
 }
 
-struct Job {
+struct Tessellation {
     projection: Projection,
     triangle_count: u32,
     longest_edge: f32,                  // as a share of the map
     rounding: f32,                      // of a place, as a share of the map
 }
 
-@group(0) @binding(0) var<uniform> job_uniform: Job;
+@group(0) @binding(0) var<uniform> job_uniform: Tessellation;
 @group(0) @binding(4) var<storage, read_write> counters: Counters;
 @group(0) @binding(5) var<storage, read_write> pieces: array<Piece>;
 @group(0) @binding(6) var<storage, read> unfinished: array<Unfinished>;
@@ -78,7 +65,7 @@ fn corner_from_projected(projection: Projection, warp: Warp, q: vec3<f32>) -> Co
     return Corner(place, linear, sides);
 }
 
-fn is_too_long(job: Job, seam_width: f32, a: Corner, b: Corner) -> bool {
+fn is_too_long(job: Tessellation, seam_width: f32, a: Corner, b: Corner) -> bool {
     let length_in_map = length((a.place.xy - b.place.xy) / vec2<f32>(job.projection.size));
     let step = abs(a.linear - b.linear);
     // What lies beyond one side of the map needs no better edge.
@@ -98,7 +85,7 @@ fn append_piece(triangle: u32, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) {
 }
 
 fn append_split(triangle: u32, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) {
-    let slot = atomicAdd(&counters.next, 1u);
+    let slot = atomicAdd(&counters.next_unfinished, 1u);
     if slot < arrayLength(&split) {
         split[slot] = Unfinished(a, triangle, b, c);
     } else {
@@ -115,7 +102,7 @@ fn middle(projection: Projection, a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return mix(from_end, to_end, w / (w + homogeneous_texel(projection, to_end).z));
 }
 
-fn settle(job: Job, warp: Warp, triangle: u32, qa: vec3<f32>, qb: vec3<f32>, qc: vec3<f32>) {
+fn settle(job: Tessellation, warp: Warp, triangle: u32, qa: vec3<f32>, qb: vec3<f32>, qc: vec3<f32>) {
     let projection = job.projection;
     let a = corner_from_projected(projection, warp, qa);
     let b = corner_from_projected(projection, warp, qb);
@@ -256,10 +243,10 @@ fn groups_for(count: u32) -> array<u32, 3> {
 
 @compute @workgroup_size(1)
 fn prepare_refine() {
-    let next = atomicExchange(&counters.next, 0u);
-    counters.current = min(next, arrayLength(&unfinished));
+    let next = atomicExchange(&counters.next_unfinished, 0u);
+    counters.current_unfinished = min(next, arrayLength(&unfinished));
     counters.most_unfinished = max(counters.most_unfinished, next);
-    next_groups = groups_for(counters.current);
+    next_groups = groups_for(counters.current_unfinished);
 }
 
 @compute @workgroup_size(GROUP)
@@ -271,7 +258,7 @@ fn refine(
     let job = job_uniform;
     let warp = load_warp();
     let index = index_of_invocation(group, groups, GROUP, local);
-    if index >= counters.current {
+    if index >= counters.current_unfinished {
         return;
     }
     let piece = unfinished[index];

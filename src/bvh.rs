@@ -10,7 +10,6 @@
 //! by the caller's margin (after Ize, "Robust BVH ray traversal", 2013).
 
 use crate::scene::Scene;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2, bvh2::node::Bvh2Node};
 use rayon::prelude::*;
@@ -49,14 +48,13 @@ pub struct Bvh {
 }
 
 /// A node of a hierarchy that is walked without a stack, as in `shaders/shadow_rays.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy)]
 pub struct ThreadedNode {
-    least: [f32; 3],
-    next: u32,
-    greatest: [f32; 3],
+    pub least: Vec3,
+    pub next: u32,
+    pub greatest: Vec3,
     /// Index of the first triangle times 16 plus their number; 0 for an inner node.
-    leaf: u32,
+    pub leaf: u32,
 }
 
 const LEAF_SHIFT: u32 = 4;

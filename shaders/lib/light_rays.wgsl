@@ -13,7 +13,7 @@ struct LightRays {
     node_count: u32,            // of the hierarchy, where compute walks one
 }
 
-struct Counters {
+struct RayCounters {
     // Boxes and triangles of one ray, at most.
     longest_walk: atomic<u32>,
     rays: atomic<u32>,
@@ -23,7 +23,7 @@ struct Counters {
 // (vertex, vertex, vertex, triangle), in the order of the search.
 @group(0) @binding(5) var searched_triangles: texture_2d<u32>;
 @group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
-@group(0) @binding(7) var<storage, read_write> counters: Counters;
+@group(0) @binding(7) var<storage, read_write> counters: RayCounters;
 
 // Some drivers end a loop in silence after 65,535 iterations.
 override most_steps: u32 = 65000u;

@@ -123,7 +123,7 @@ fn bin(
     let projection = job.projection;
     let warp = load_warp();
     let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
-    let count = caster_count(job.triangle_count, counters.pieces);
+    let count = caster_count(job.triangle_count, atomicLoad(&counters.pieces));
     var outside = 0u;
     var behind = 0u;
     for (var i = 0u; i < items_per_invocation; i += 1u) {

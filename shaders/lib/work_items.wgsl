@@ -6,17 +6,8 @@
 //   walk   items to the work itself.
 //
 // `prepare_split` and `prepare_walk` set the number of workgroups of the next in between.
+#import lib/counters
 #import lib/invocations
-
-// Lengths of the lists; also counts what is beyond their capacity: the host then makes room and runs again.
-struct Counters {
-    items: atomic<u32>,
-    coarse: atomic<u32>,
-    outside: atomic<u32>,               // triangles that touch nothing of the map
-    behind: atomic<u32>,                // triangles outside the range of depths
-    hidden: atomic<u32>,                // items that lie behind others
-    pieces: u32,                        // from tessellate.wgsl
-}
 
 // A triangle and a part of it, which the shader encodes.
 struct Item {
@@ -42,7 +33,7 @@ fn append_item(triangle: u32, part: u32) {
 }
 
 fn append_coarse_item(triangle: u32, part: u32) {
-    let slot = atomicAdd(&counters.coarse, 1u);
+    let slot = atomicAdd(&counters.coarse_items, 1u);
     if slot < arrayLength(&coarse_items) {
         coarse_items[slot] = Item(triangle, part);
     }
@@ -53,7 +44,7 @@ fn item_count() -> u32 {
 }
 
 fn coarse_item_count() -> u32 {
-    return min(atomicLoad(&counters.coarse), arrayLength(&coarse_items));
+    return min(atomicLoad(&counters.coarse_items), arrayLength(&coarse_items));
 }
 
 fn groups_for(count: u32) -> array<u32, 3> {

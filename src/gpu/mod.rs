@@ -9,6 +9,7 @@ pub mod lock;
 pub mod passes;
 pub mod pool;
 pub mod scene_tables;
+pub mod shader_struct;
 pub mod shaders;
 mod tables;
 

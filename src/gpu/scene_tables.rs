@@ -10,7 +10,7 @@ use crate::edges::Edges;
 use crate::error::Result;
 use crate::scene::Scene;
 use bytemuck::Zeroable;
-use glam::{DVec3, UVec4, Vec3, Vec4};
+use glam::{DVec3, UVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, AtomicU64};
 use std::sync::{Arc, Mutex};
@@ -83,8 +83,13 @@ impl HierarchyTables {
             centre: bvh.centre(),
             half_size: bvh.half_size(),
         };
-        let halves: &[UVec4] = bytemuck::cast_slice(&nodes);
-        write_table(gpu, &tables.nodes, halves.to_vec());
+        let bits = |corner: Vec3, last| {
+            UVec3::from_array(corner.to_array().map(f32::to_bits)).extend(last)
+        };
+        let halves = nodes
+            .iter()
+            .flat_map(|node| [bits(node.least, node.next), bits(node.greatest, node.leaf)]);
+        write_table(gpu, &tables.nodes, halves.collect());
         write_items(gpu, &tables.leaf_triangles, scene, order);
         Ok(tables)
     }

@@ -22,6 +22,7 @@ macro_rules! file {
 pub const FILES: &[(&str, &str)] = &[
     file!("caster/pieces"),
     file!("caster/scene"),
+    file!("lib/counters"),
     file!("lib/coverage"),
     file!("lib/edges"),
     file!("lib/image_tiles"),
@@ -100,137 +101,187 @@ impl Shader {
         }
     }
 
-    /// The whole WGSL source.
+    /// The whole WGSL source; directives must stand before all else.
     pub fn compose(self) -> String {
-        let mut source = String::new();
-        self.append(self.file, &mut Vec::new(), &mut source);
-        source
+        let files = self.files().into_iter();
+        let lines = files.flat_map(|file| text_of(file).lines());
+        let lines = lines.filter(|line| import(line).is_none());
+        let (mut directives, rest): (Vec<_>, Vec<_>) =
+            lines.partition(|line| line.starts_with("enable "));
+        directives.extend(rest);
+        directives.join("\n") + "\n"
     }
 
-    fn append(self, name: &str, taken: &mut Vec<String>, source: &mut String) {
-        let name = match name {
-            "projection" => self.projection,
-            "warp" => self.warp,
-            "caster" => self.caster,
-            "target" => self.target,
-            "stored" => self.stored,
-            file => file,
-        };
-        if taken.iter().any(|file| file == name) {
-            return;
+    /// The files that it is made of, each after those that it imports.
+    pub fn files(self) -> Vec<&'static str> {
+        let mut files = Vec::new();
+        self.append(self.file, &mut files);
+        files
+    }
+
+    fn append(self, file: &'static str, files: &mut Vec<&'static str>) {
+        for import in text_of(file).lines().filter_map(import) {
+            self.append(self.filling(import).unwrap_or(import), files);
         }
-        taken.push(name.to_string());
-        let (_, text) = FILES
-            .iter()
-            .find(|(file, _)| *file == name)
-            .unwrap_or_else(|| panic!("no shader file {name}"));
-        for line in text.lines() {
-            match line.strip_prefix("#import ") {
-                Some(import) => self.append(import.trim(), taken, source),
-                None => {
-                    source.push_str(line);
-                    source.push('\n');
-                }
-            }
+        if !files.contains(&file) {
+            files.push(file);
+        }
+    }
+
+    fn filling(self, slot: &str) -> Option<&'static str> {
+        match slot {
+            "projection" => Some(self.projection),
+            "warp" => Some(self.warp),
+            "caster" => Some(self.caster),
+            "target" => Some(self.target),
+            "stored" => Some(self.stored),
+            _ => None,
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn text_of(name: &str) -> &'static str {
+    let file = FILES.iter().find(|(file, _)| *file == name);
+    file.unwrap_or_else(|| panic!("no shader file {name}")).1
+}
 
-    /// Every shader that a pass may ask for, with every filling of its slots.
+fn import(line: &str) -> Option<&str> {
+    line.strip_prefix("#import ").map(str::trim)
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use std::sync::LazyLock;
+
+    /// Every file with entry points, with every filling of its slots, parsed.
+    pub static MODULES: LazyLock<Vec<(Shader, naga::Module)>> = LazyLock::new(|| {
+        let shaders = shaders().into_iter();
+        let parsed = shaders.map(|shader| {
+            let source = shader.compose();
+            let module = naga::front::wgsl::parse_str(&source)
+                .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&source)));
+            (shader, module)
+        });
+        parsed.collect()
+    });
+
+    /// The names of files in a folder.
+    fn in_folder(folder: &str) -> Vec<&'static str> {
+        let names = FILES.iter().map(|(name, _)| *name);
+        names
+            .filter(|name| name.rsplit_once('/').map_or("", |(folder, _)| folder) == folder)
+            .collect()
+    }
+
     fn shaders() -> Vec<Shader> {
-        let files = [
-            "boundary",
-            "caster_tests",
-            "forward_importance",
-            "importance_map",
-            "lookup",
-            "outline",
-            "ray_queries",
-            "rasterize",
-            "rasterize_bands",
-            "receiver_lists",
-            "receivers",
-            "shadow_edge",
-            "shadow_rays",
-            "shadow_volumes",
-            "samples",
-            "tessellate",
-            "warp_map",
+        let mut shaders: Vec<_> = in_folder("").into_iter().map(Shader::new).collect();
+        let slots: [(&str, fn(&mut Shader) -> &mut &'static str); 5] = [
+            ("caster", |shader| &mut shader.caster),
+            ("projection", |shader| &mut shader.projection),
+            ("warp", |shader| &mut shader.warp),
+            ("target", |shader| &mut shader.target),
+            ("stored", |shader| &mut shader.stored),
         ];
-        let mut shaders = Vec::new();
-        for file in files {
-            for projection in [
-                "projection/parallel",
-                "projection/homography",
-                "projection/perspective",
-                "projection/paraboloid",
-            ] {
-                for warp in ["warp/none", "warp/grid"] {
-                    if file == "rasterize_bands" && warp == "warp/none" {
-                        continue;
-                    }
-                    for (target, stored) in [
-                        ("target/depth", "stored/depth"),
-                        ("target/depth_triangle", "stored/depth_triangle"),
-                    ] {
-                        shaders.push(Shader {
-                            file,
-                            projection,
-                            warp,
-                            target,
-                            stored,
-                            ..Shader::new(file)
-                        });
-                    }
-                }
-            }
+        for (slot, place) in slots {
+            shaders = shaders
+                .into_iter()
+                .flat_map(|shader| {
+                    let imports =
+                        |file: &&str| text_of(file).lines().filter_map(import).any(|i| i == slot);
+                    let fillings = match shader.files().iter().any(imports) {
+                        true => in_folder(slot),
+                        false => vec![*place(&mut shader.clone())],
+                    };
+                    fillings.into_iter().map(move |filling| {
+                        let mut filled = shader;
+                        *place(&mut filled) = filling;
+                        filled
+                    })
+                })
+                .collect();
         }
-        for target in ["target/depth", "target/depth_triangle"] {
-            shaders.push(Shader {
-                caster: "caster/pieces",
-                target,
-                ..Shader::new("rasterize")
-            });
-        }
+        shaders.retain(|shader| is_possible(*shader));
         shaders
+    }
+
+    /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp.
+    fn is_possible(shader: Shader) -> bool {
+        let is_beyond = shader.projection == "projection/parallel" && shader.warp == "warp/none";
+        match (shader.file, shader.caster) {
+            (_, "caster/pieces") => is_beyond && shader.file == "rasterize",
+            ("rasterize_bands", _) => shader.warp != "warp/none",
+            _ => true,
+        }
     }
 
     #[test]
     fn every_shader_parses_and_validates() {
-        for shader in shaders() {
-            let source = shader.compose();
-            let module = naga::front::wgsl::parse_str(&source)
-                .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&source)));
+        for (shader, module) in MODULES.iter() {
             naga::valid::Validator::new(
                 naga::valid::ValidationFlags::all(),
                 naga::valid::Capabilities::SHADER_INT64
                     | naga::valid::Capabilities::SHADER_INT64_ATOMIC_MIN_MAX
                     | naga::valid::Capabilities::RAY_QUERY,
             )
-            .validate(&module)
-            .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&source)));
+            .validate(module)
+            .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&shader.compose())));
+            assert!(!module.entry_points.is_empty(), "{shader:?}");
+        }
+        let used: Vec<_> = MODULES
+            .iter()
+            .flat_map(|(shader, _)| shader.files())
+            .collect();
+        for (file, _) in FILES {
+            assert!(used.contains(file), "no shader has {file}");
+        }
+    }
+
+    #[test]
+    fn no_file_imports_itself_by_way_of_another() {
+        let mut finished: Vec<&str> = Vec::new();
+        while finished.len() < FILES.len() {
+            let is_free = |file: &&&str| {
+                let mut imports = text_of(file).lines().filter_map(import);
+                imports.all(|name| match in_folder(name) {
+                    fillings if fillings.is_empty() => finished.contains(&name),
+                    fillings => fillings.iter().all(|file| finished.contains(file)),
+                })
+            };
+            let names: Vec<_> = FILES.iter().map(|(name, _)| *name).collect();
+            let left: Vec<_> = names
+                .iter()
+                .filter(|name| !finished.contains(name))
+                .collect();
+            let free: Vec<_> = left
+                .iter()
+                .copied()
+                .filter(|file| is_free(file))
+                .copied()
+                .collect();
+            assert!(!free.is_empty(), "a circle among {left:?}");
+            finished.extend(free);
         }
     }
 
     #[test]
     fn every_file_is_listed() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+        let folders = FILES.iter().map(|(name, _)| root.join(name));
+        let mut folders: Vec<_> = folders
+            .map(|path| path.parent().unwrap().to_owned())
+            .collect();
+        folders.sort();
+        folders.dedup();
         let mut found = 0;
-        for folder in [
-            "",
-            "caster",
-            "lib",
-            "projection",
-            "stored",
-            "target",
-            "warp",
-        ] {
-            for entry in std::fs::read_dir(root.join(folder)).unwrap() {
-                found += usize::from(entry.unwrap().path().extension().is_some());
+        for folder in &folders {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                assert!(
+                    path.extension().is_some() || folders.contains(&path),
+                    "{path:?}"
+                );
+                found += usize::from(path.extension().is_some());
             }
         }
         assert_eq!(found, FILES.len());

@@ -15,8 +15,8 @@ pub use perspective::Perspective;
 
 use crate::camera::Camera;
 use crate::gpu::scene_tables::double_single;
+use crate::gpu::shader_struct::shader_struct;
 use crate::lanes::{Lane, V2, V3};
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::ops::Deref;
 
@@ -188,29 +188,28 @@ pub struct Projection {
     pub normalizes_depth: bool,
 }
 
-/// As `Projection` in `shaders/lib/projection.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct ProjectionUniform {
-    origin_high: [f32; 3],
-    depth_offset: f32,
-    origin_low: [f32; 3],
-    depth_scale: f32,
-    x_axis: [f32; 3],
-    z_min: f32,
-    y_axis: [f32; 3],
-    z_max: f32,
-    z_axis: [f32; 3],
-    least_w: f32,
-    centre: [f32; 2],
-    size: [u32; 2],
-    scale: [f32; 2],
-    padding: [u32; 2],
-    step_x: [f32; 4],
-    step_y: [f32; 4],
-    step_z: [f32; 4],
-    texel_from_place: [[f32; 4]; 3],
-    place_from_texel: [[f32; 4]; 3],
+shader_struct! {
+    pub struct ProjectionUniform is Projection in "lib/projection" {
+        origin_high: [f32; 3],
+        depth_offset: f32,
+        origin_low: [f32; 3],
+        depth_scale: f32,
+        x_axis: [f32; 3],
+        z_min: f32,
+        y_axis: [f32; 3],
+        z_max: f32,
+        z_axis: [f32; 3],
+        least_w: f32,
+        centre: [f32; 2],
+        size: [u32; 2],
+        scale: [f32; 2],
+        padding: [u32; 2],
+        step_x: [f32; 4],
+        step_y: [f32; 4],
+        step_z: [f32; 4],
+        texel_from_place: [[f32; 4]; 3],
+        place_from_texel: [[f32; 4]; 3],
+    }
 }
 
 impl Projection {

@@ -4,8 +4,8 @@ use super::importance_map::ImportanceMap;
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2};
 
 pub const LABEL: &str = "blend importance";
@@ -22,18 +22,17 @@ pub struct OldImportance<'a> {
     pub share: f64,
 }
 
-/// As `Blend` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct BlendUniform {
-    old_from_new: [[f32; 4]; 3],
-    determinant: f32,
-    share: f32,
-    unit: f32,
-    cells: u32,
-    old_columns: u32,
-    old_rows: u32,
-    padding: [u32; 2],
+shader_struct! {
+    pub struct BlendUniform is Blend in "blend_importance" {
+        old_from_new: [[f32; 4]; 3],
+        determinant: f32,
+        share: f32,
+        unit: f32,
+        cells: u32,
+        old_columns: u32,
+        old_rows: u32,
+        padding: [u32; 2],
+    }
 }
 
 /// Blends the map in place: counts along y, where there is a `warp` whose functions along x say where the

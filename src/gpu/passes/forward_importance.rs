@@ -4,29 +4,28 @@ use super::importance_map::{Factors, ImportanceMap};
 use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 pub const LABEL: &str = "forward importance";
 
-/// As `Forward` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct ForwardUniform {
-    camera_x: [f32; 4],
-    camera_y: [f32; 4],
-    camera_z: [f32; 4],
-    eye: [f32; 4],
-    centre: [f32; 2],
-    image: [f32; 2],
-    near: f32,
-    far: f32,
-    cells: u32,
-    normal_bonus: f32,
-    map_weights: [u32; 2],
-    padding: [u32; 2],
+shader_struct! {
+    pub struct ForwardUniform is Forward in "forward_importance" {
+        camera_x: [f32; 4],
+        camera_y: [f32; 4],
+        camera_z: [f32; 4],
+        eye: [f32; 4],
+        centre: [f32; 2],
+        image: [f32; 2],
+        near: f32,
+        far: f32,
+        cells: u32,
+        normal_bonus: f32,
+        map_weights: [u32; 2],
+        padding: [u32; 2],
+    }
 }
 
 /// The greatest importance in each cell of the texels of an image of depths and triangles.

@@ -6,9 +6,9 @@ use super::warp_map::{self, Axis, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Binding, Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 
 pub const LABEL: &str = "importance map";
 
@@ -75,17 +75,16 @@ impl ImportanceMap {
     }
 }
 
-/// As `Importance` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct ImportanceUniform {
-    cells: u32,
-    along_y: u32,
-    map_weights: [u32; 2],
-    normal_bonus: f32,
-    shadow_edges: u32,
-    tiles: u32,
-    unit: f32,
+shader_struct! {
+    pub struct ImportanceUniform is Importance in "importance_map" {
+        cells: u32,
+        along_y: u32,
+        map_weights: [u32; 2],
+        normal_bonus: f32,
+        shadow_edges: u32,
+        tiles: u32,
+        unit: f32,
+    }
 }
 
 /// Records the pass.

@@ -4,11 +4,11 @@ use crate::camera::Camera;
 use crate::gpu::frame::{Binding, Groups, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::flag;
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::region::{MAX_HALF_SPACES, Region};
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 /// Columns and rows of a tile, as in `shaders/lib/image_tiles.wgsl`.
@@ -18,31 +18,30 @@ pub const IMAGE_TILE: [u32; 2] = [64, 32];
 pub const CHOICES: u64 = IMAGE_TILE[1].ilog2() as u64 + 1;
 pub const BYTES_OF_CHOICE: u64 = 12;
 
-/// As `Receivers` in `shaders/lib/receivers.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct ReceiversUniform {
-    ray_x: [f32; 3],
-    width: u32,
-    ray_y: [f32; 3],
-    height: u32,
-    ray_z: [f32; 3],
-    pub rounding: f32,
-    centre: [f32; 2],
-    pub constant_bias: f32,
-    pub slope_bias: f32,
-    from_light: [f32; 3],
-    is_local: f32,
-    cone_axis: [f32; 3],
-    cone_cosine: f32,
-    region: [[f32; 4]; MAX_HALF_SPACES],
-    pub beam_bias: f32,
-    pub receiver_plane: f32,
-    pub filter_radius: f32,
-    padding: f32,
-    light_x: [f32; 4],
-    light_y: [f32; 4],
-    light_z: [f32; 4],
+shader_struct! {
+    pub struct ReceiversUniform is Receivers in "lib/receivers" {
+        ray_x: [f32; 3],
+        width: u32,
+        ray_y: [f32; 3],
+        height: u32,
+        ray_z: [f32; 3],
+        pub rounding: f32,
+        centre: [f32; 2],
+        pub constant_bias: f32,
+        pub slope_bias: f32,
+        from_light: [f32; 3],
+        is_local: f32,
+        cone_axis: [f32; 3],
+        cone_cosine: f32,
+        region: [[f32; 4]; MAX_HALF_SPACES],
+        pub beam_bias: f32,
+        pub receiver_plane: f32,
+        pub filter_radius: f32,
+        padding: f32,
+        light_x: [f32; 4],
+        light_y: [f32; 4],
+        light_z: [f32; 4],
+    }
 }
 
 /// Tiles of one layer, on the device.

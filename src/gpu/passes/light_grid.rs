@@ -2,8 +2,8 @@
 
 use crate::camera::Camera;
 use crate::gpu::scene_tables::{SceneTables, double_single};
+use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2};
 use std::ops::Range;
 
@@ -17,28 +17,27 @@ pub const LARGEST_RESOLUTION: u32 = 256 * TILE;
 /// make the bounds of what is left as wide as the grid.
 const NEAR_SHARE: f64 = 1.0 / (1 << 14) as f64;
 
-/// As `LightGrid` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct LightGrid {
-    x_axis: [f32; 3],
-    rounding: f32,
-    y_axis: [f32; 3],
-    z_near: f32,
-    z_axis: [f32; 3],
-    pub size: u32,
-    light: [f32; 3],
-    pub tiles: u32,
-    scale: [f32; 2],
-    offset: [f32; 2],
-    eye_high: [f32; 3],
-    end_triangle: u32,
-    eye_low: [f32; 3],
-    coarse_shift: u32,
-    pub first_row: u32,
-    pub row_count: u32,
-    map_size: u32,
-    first_triangle: u32,
+shader_struct! {
+    pub struct LightGrid is LightGrid in "lib/light_grid" {
+        x_axis: [f32; 3],
+        rounding: f32,
+        y_axis: [f32; 3],
+        z_near: f32,
+        z_axis: [f32; 3],
+        pub size: u32,
+        light: [f32; 3],
+        pub tiles: u32,
+        scale: [f32; 2],
+        offset: [f32; 2],
+        eye_high: [f32; 3],
+        end_triangle: u32,
+        eye_low: [f32; 3],
+        coarse_shift: u32,
+        pub first_row: u32,
+        pub row_count: u32,
+        map_size: u32,
+        first_triangle: u32,
+    }
 }
 
 impl LightGrid {

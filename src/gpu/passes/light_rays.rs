@@ -8,9 +8,9 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::double_single;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 /// Boxes and triangles of a ray at most: below the iterations after which some drivers end a loop.
@@ -34,19 +34,18 @@ pub struct Search<'a> {
     pub describe: Describe,
 }
 
-/// As `LightRays` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct LightRaysUniform {
-    eye_high: [f32; 3],
-    box_scale: f32,
-    eye_low: [f32; 3],
-    box_margin: f32,
-    eye_in_boxes: [f32; 3],
-    node_count: u32,
+shader_struct! {
+    pub struct LightRaysUniform is LightRays in "lib/light_rays" {
+        eye_high: [f32; 3],
+        box_scale: f32,
+        eye_low: [f32; 3],
+        box_margin: f32,
+        eye_in_boxes: [f32; 3],
+        node_count: u32,
+    }
 }
 
-/// The shader's `Counters` by name. Fails, with words for what was too much, where a ray was not walked
+/// The shader's `RayCounters` by name. Fails, with words for what was too much, where a ray was not walked
 /// to its end.
 pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
     let [longest_walk, rays] = [counters[0], counters[1]];

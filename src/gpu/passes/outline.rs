@@ -3,9 +3,9 @@
 use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
 pub const LABEL: &str = "outline";
@@ -26,12 +26,11 @@ pub enum Points {
     Samples,
 }
 
-/// As `Outline` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct OutlineUniform {
-    columns: u32,
-    step: u32,
+shader_struct! {
+    pub struct OutlineUniform is Outline in "outline" {
+        columns: u32,
+        step: u32,
+    }
 }
 
 /// Of points that the pass found, those that are there.

@@ -10,9 +10,9 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Frame, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::{Projection, ProjectionUniform};
-use bytemuck::{Pod, Zeroable};
 
 /// What a texel keeps of the nearest triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,18 +33,17 @@ pub enum Rasterization {
     Linear { longest_edge: Option<f64> },
 }
 
-/// As `Job` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct JobUniform {
-    projection: ProjectionUniform,
-    triangle_count: u32,
-    coarse_shift: u32,
-    tile_bits: [u32; 2],
-    band_bits: u32,
-    has_bands: u32,
-    steps_per_depth: f32,
-    last_step: f32,
+shader_struct! {
+    pub struct RasterizationUniform is Job in "lib/coverage" {
+        projection: ProjectionUniform,
+        triangle_count: u32,
+        coarse_shift: u32,
+        tile_bits: [u32; 2],
+        band_bits: u32,
+        has_bands: u32,
+        steps_per_depth: f32,
+        last_step: f32,
+    }
 }
 
 /// A map with its texels and, after the next submission, its counters.
@@ -175,7 +174,7 @@ pub fn rasterize(
 
     // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
     let coarse_side = longest_side.div_ceil(64);
-    let job = JobUniform {
+    let job = RasterizationUniform {
         projection: projection.uniform(scene.origin),
         triangle_count: scene.triangle_count,
         coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),

@@ -6,23 +6,21 @@ use super::warp_map::{self, WarpMap};
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, buffer};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 
 pub const LABEL: &str = "receiver tiles";
 
 /// Rounding between this pass and the lookup, in texels.
 const SLACK: f32 = 0.5;
 
-/// As `Tiles` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct TilesUniform {
-    shift: u32,
-    columns: u32,
-    reach: f32,
-    padding: u32,
+shader_struct! {
+    pub struct ReceiverTilesUniform is ReceiverTiles in "receiver_tiles" {
+        shift: u32,
+        columns: u32,
+        reach: f32,
+    }
 }
 
 /// Records the pass; 1 for each tile, in rows, that a receiver may ask for, whose lookup takes `reach` texels
@@ -37,11 +35,10 @@ pub fn receiver_tiles(
     let [columns, rows] = tiles_of_map(projection);
     let tiles = frame.storage(LABEL, 4 * u64::from(columns) * u64::from(rows))?;
     frame.clear(&tiles);
-    let uniform = TilesUniform {
+    let uniform = ReceiverTilesUniform {
         shift: TILE_SHIFT,
         columns,
         reach: f32::from(reach) + SLACK,
-        padding: 0,
     };
     let uniform = frame.uniform(LABEL, &uniform);
     let receivers = frame.uniform("receivers", &seen.uniform(projection));

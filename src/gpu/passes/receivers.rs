@@ -4,20 +4,19 @@
 use super::inputs::Receivers;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Read, Source, buffer};
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 pub const LABEL: &str = "receivers";
 
-/// As `Bounds` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub struct Bounds {
-    extremes: [u32; 6],
-    /// Pixels whose surface faces the light.
-    pub facing: u32,
+shader_struct! {
+    pub struct Bounds is Bounds in "receivers" {
+        extremes: [u32; 6],
+        /// Pixels whose surface faces the light.
+        pub facing: u32,
+    }
 }
 
 impl Bounds {

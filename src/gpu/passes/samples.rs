@@ -4,20 +4,19 @@ use crate::camera::Camera;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
-use bytemuck::{Pod, Zeroable};
 
 pub const LABEL: &str = "samples";
 
-/// As `Sampling` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct SamplingUniform {
-    size: [u32; 2],
-    width: u32,
-    stride: u32,
-    first: u32,
-    padding: [u32; 3],
+shader_struct! {
+    pub struct SamplingUniform is Sampling in "samples" {
+        size: [u32; 2],
+        width: u32,
+        stride: u32,
+        first: u32,
+        padding: u32,
+    }
 }
 
 /// Every `stride`-th pixel of the camera's visibility buffer, and the camera that has these pixels.
@@ -33,7 +32,7 @@ pub fn samples(
         width: camera.width,
         stride,
         first: first(camera, stride),
-        padding: [0; 3],
+        padding: 0,
     };
     let uniform = frame.uniform(LABEL, &uniform);
     let samples = frame.storage(LABEL, 8 * coarse.pixel_count() as u64)?;

@@ -4,20 +4,18 @@ use super::inputs::Inputs;
 use crate::error::Result;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 
 pub const LABEL: &str = "shadow edge";
 
-/// As `ShadowEdge` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct ShadowEdgeUniform {
-    constant_bias: f32,
-    beam_bias: f32,
-    floor: f32,
-    padding: u32,
+shader_struct! {
+    pub struct ShadowEdgeUniform is ShadowEdge in "shadow_edge" {
+        constant_bias: f32,
+        beam_bias: f32,
+        floor: f32,
+    }
 }
 
 /// By how much the depths of neighbours differ at an edge.
@@ -48,7 +46,6 @@ pub fn shadow_edge(
         constant_bias: constant as f32,
         beam_bias: beam as f32,
         floor: floor as f32,
-        padding: 0,
     };
     let uniform = frame.uniform(LABEL, &uniform);
     let projected = frame.uniform("projection", &projection.uniform(inputs.scene.origin));

@@ -8,9 +8,9 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Draw, Frame, Groups, Source, Vertices, buffer, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::{EdgeTables, double_single};
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 pub const LABEL: &str = "shadow volumes";
@@ -37,20 +37,19 @@ fn describe_parallel(_gpu: &Gpu, arguments: &[u32]) -> Result<Facts> {
     Ok(vec![Fact::sum("sides", arguments[0] / SIDE_OF_PARALLEL)])
 }
 
-/// As `ShadowVolumes` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct ShadowVolumesUniform {
-    eye_high: [f32; 3],
-    triangle_count: u32,
-    eye_low: [f32; 3],
-    edge_count: u32,
-    clip_x: [f32; 3],
-    far: f32,
-    clip_y: [f32; 3],
-    padding0: u32,
-    clip_w: [f32; 3],
-    padding1: u32,
+shader_struct! {
+    pub struct ShadowVolumesUniform is ShadowVolumes in "shadow_volumes" {
+        eye_high: [f32; 3],
+        triangle_count: u32,
+        eye_low: [f32; 3],
+        edge_count: u32,
+        clip_x: [f32; 3],
+        far: f32,
+        clip_y: [f32; 3],
+        padding0: u32,
+        clip_w: [f32; 3],
+        padding1: u32,
+    }
 }
 
 impl ShadowVolumesUniform {

@@ -8,20 +8,19 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined, table};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::{Projection, ProjectionUniform};
-use bytemuck::{Pod, Zeroable};
 use std::sync::atomic::Ordering;
 
-/// As `Job` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct JobUniform {
-    projection: ProjectionUniform,
-    triangle_count: u32,
-    longest_edge: f32,
-    rounding: f32,
-    padding: u32,
+shader_struct! {
+    pub struct TessellationUniform is Tessellation in "tessellate" {
+        projection: ProjectionUniform,
+        triangle_count: u32,
+        longest_edge: f32,
+        rounding: f32,
+        padding: u32,
+    }
 }
 
 /// As `Piece` in the shaders.
@@ -56,7 +55,7 @@ pub fn tessellate(
     // Of places in the map, as a share of it: the smaller the map is and the farther off its axis, the more.
     let side = f64::from(projection.width.min(projection.height));
     let rounding = 2e-6 * (1.0 + projection.centre.abs().max_element() / side);
-    let job = JobUniform {
+    let job = TessellationUniform {
         projection: projection.uniform(scene.origin),
         triangle_count: scene.triangle_count,
         longest_edge: longest_edge.map_or(f32::MAX, |share| share.max(rounding) as f32),

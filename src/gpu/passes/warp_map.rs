@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
-use bytemuck::{Pod, Zeroable};
 
 pub const LABEL: &str = "warp map";
 
@@ -37,19 +37,19 @@ pub struct WarpMap {
     uniform: wgpu::Buffer,
 }
 
-/// Where the functions stand in the table. Also `Warp` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-pub struct Layout {
-    /// Functions along x (one for each row), along y (one for each column).
-    pub functions: [u32; 2],
-    /// Cells of each function.
-    pub cells: [u32; 2],
-    /// First elements in the table: values at the boundaries of cells.
-    pub forward: [u32; 2],
-    inverse: [u32; 2],
-    least: [u32; 2],
-    greatest: [u32; 2],
+shader_struct! {
+    /// Where the functions stand in the table.
+    pub struct Layout is Warp in "warp/grid" {
+        /// Functions along x (one for each row), along y (one for each column).
+        pub functions: [u32; 2],
+        /// Cells of each function.
+        pub cells: [u32; 2],
+        /// First elements in the table: values at the boundaries of cells.
+        pub forward: [u32; 2],
+        inverse: [u32; 2],
+        least: [u32; 2],
+        greatest: [u32; 2],
+    }
 }
 
 /// How functions follow from counts of receivers.
@@ -69,24 +69,22 @@ pub enum Axis {
     Y,
 }
 
-/// As `WarpAxis` in the shader.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct AxisUniform {
-    functions: u32,
-    cells: u32,
-    rows: u32,
-    texels: u32,
-    window: u32,
-    forward: u32,
-    inverse: u32,
-    least: u32,
-    greatest: u32,
-    along_y: u32,
-    blur_sigma: f32,
-    exponent: f32,
-    even_share: f32,
-    padding: [u32; 3],
+shader_struct! {
+    pub struct AxisUniform is WarpAxis in "warp_map" {
+        functions: u32,
+        cells: u32,
+        rows: u32,
+        texels: u32,
+        window: u32,
+        forward: u32,
+        inverse: u32,
+        least: u32,
+        greatest: u32,
+        along_y: u32,
+        blur_sigma: f32,
+        exponent: f32,
+        even_share: f32,
+    }
 }
 
 impl WarpMap {
@@ -143,7 +141,6 @@ impl WarpMap {
             blur_sigma: blur_sigma as f32,
             exponent: 1.0,
             even_share: 0.0,
-            padding: [0; 3],
         }
     }
 

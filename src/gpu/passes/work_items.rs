@@ -6,36 +6,35 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, Read, Source, buffer};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
-use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
-/// As `Counters` in the shaders.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-pub struct Counters {
-    /// Small triangles, and parts of large ones.
-    pub items: u32,
-    /// Coarse parts of large triangles.
-    pub coarse_items: u32,
-    /// Triangles that touch nothing of the map, those of zero area among them.
-    pub outside: u32,
-    /// Triangles outside the range of depths.
-    pub behind: u32,
-    /// Items that lie behind others.
-    pub hidden: u32,
-    /// Pieces of triangles that a linear rasterization is of.
-    pub pieces: u32,
-    current_unfinished: u32,
-    /// Pieces whose edges were too long when the splitting ended.
-    pub next_unfinished: u32,
-    /// In any round of splitting.
-    pub most_unfinished: u32,
-    /// Pieces that found no room.
-    pub lost: u32,
-    /// 1 where pieces, not triangles, are counted.
-    pub is_linear: u32,
+shader_struct! {
+    pub struct Counters is Counters in "lib/counters" {
+        /// Small triangles, and parts of large ones.
+        pub items: u32,
+        /// Coarse parts of large triangles.
+        pub coarse_items: u32,
+        /// Triangles that touch nothing of the map, those of zero area among them.
+        pub outside: u32,
+        /// Triangles outside the range of depths.
+        pub behind: u32,
+        /// Items that lie behind others.
+        pub hidden: u32,
+        /// Pieces of triangles that a linear rasterization is of.
+        pub pieces: u32,
+        current_unfinished: u32,
+        /// Pieces whose edges were too long when the splitting ended.
+        pub next_unfinished: u32,
+        /// In any round of splitting.
+        pub most_unfinished: u32,
+        /// Pieces that found no room.
+        pub lost: u32,
+        /// 1 where pieces, not triangles, are counted.
+        pub is_linear: u32,
+    }
 }
 
 const ITEM_BYTES: u64 = 8;
