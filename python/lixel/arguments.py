@@ -62,13 +62,6 @@ def count(name: str, value: SupportsIndex, unit: str) -> int:
     return number
 
 
-def flag(name: str, value: object) -> bool:
-    """True or False."""
-    if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be True or False, got {value!r}")
-    return bool(value)
-
-
 def instance(name: str, value: object, *types: type) -> None:
     """Refuses what is of none of the types."""
     if not isinstance(value, types):

@@ -46,6 +46,7 @@ LOOKUPS = (
 HIDDEN = ("pytest", "tests/test_hidden_parts.py")
 TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear")
 SEEN_TILES = ("pytest", "tests/test_receiver_tiles.py", "-k", "torn")
+RULES = ("pytest", "tests/test_parameters.py", "-k", "same_words")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 
 
@@ -74,6 +75,7 @@ RAY = "shaders/lib/shadow_ray.wgsl"
 CASTERS = "shaders/caster_tests.wgsl"
 TRUTH = "src/reference.rs"
 PARAMETERS = "src/methods/parameters.rs"
+SCHEMA = "src/methods/schema.rs"
 ACROSS = "src/fits/rotation.rs"
 
 MUTANTS = (
@@ -159,6 +161,16 @@ MUTANTS = (
         "bias", "automatic is none", PARAMETERS,
         "Bias::Auto => DepthBias {\n                beam: texel_width,",
         "Bias::Auto => DepthBias {\n                beam: 0.0 * texel_width,", BIAS,
+    ),
+    Mutant(
+        "rules", "a count may be zero", SCHEMA,
+        "(1..=i64::from(max)).contains(&count)",
+        "(0..=i64::from(max)).contains(&count)", RULES,
+    ),
+    Mutant(
+        "rules", "what is above zero may be zero", SCHEMA,
+        "(number == 0.0 && !is_above_zero)",
+        "number == 0.0", RULES,
     ),
     Mutant(
         "bias", "a constant one is none by default", PARAMETERS,
