@@ -2,6 +2,7 @@
 // texture warping", forward analysis): the greatest of the texels of a depth image in each cell.
 #import projection
 #import stored
+#import lib/importance
 #import lib/normals
 
 struct Forward {
@@ -23,13 +24,6 @@ struct Forward {
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
 @group(0) @binding(1) var<uniform> forward_uniform: Forward;
 @group(0) @binding(2) var<storage, read_write> importance_map: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read> map_weights: array<f32>;
-@group(0) @binding(6) var<storage, read> shadow_edges: array<f32>;
-
-override uses_distance: bool = false;
-override uses_normal: bool = false;
-override uses_shadow_edge: bool = false;
-override uses_map_weights: bool = false;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
@@ -53,26 +47,21 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if z <= forward.near || z > forward.far || any(pixel < vec2<f32>(0.0)) || any(pixel > forward.image) {
         return;
     }
-    var value = 1.0;
-    if uses_distance {
-        value /= z;
-    }
+    var cosine = 0.0;
     if uses_normal {
         let normal = projected_from_normal(projection, normal_of_triangle(stored.triangle));
         // In world axes: the steps take the covector back.
         let from_eye = q - forward.eye.xyz;
         let world = projection.step_x.xyz * from_eye.x + projection.step_y.xyz * from_eye.y
             + projection.step_z.xyz * from_eye.z;
-        value *= 1.0 + forward.normal_bonus * abs(dot(normal, from_eye)) / max(length(world), 1e-30);
+        cosine = abs(dot(normal, from_eye)) / max(length(world), 1e-30);
     }
+    var value = importance_of_surface(z, cosine, forward.normal_bonus);
     let uv = place / vec2<f32>(projection.size);
     if uses_shadow_edge {
         value *= shadow_edges[texel];
     }
-    if uses_map_weights {
-        let at = vec2<u32>(uv * vec2<f32>(forward.map_weights));
-        value *= map_weights[at.y * forward.map_weights.x + at.x];
-    }
+    value *= weight_of_place(uv, forward.map_weights);
     let cell = vec2<u32>(uv * f32(forward.cells));
     // Positive floats are ordered as their bits are.
     atomicMax(&importance_map[cell.y * forward.cells + cell.x], bitcast<u32>(value));

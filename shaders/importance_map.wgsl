@@ -8,6 +8,7 @@
 //
 // The importance of a receiver is a product of factors. Integer atomics: the same bytes at every run.
 #import projection
+#import lib/importance
 #import lib/receivers
 #import lib/image_tiles
 #import warp
@@ -26,38 +27,20 @@ struct Importance {
 @group(0) @binding(1) var<uniform> importance_uniform: Importance;
 @group(0) @binding(2) var<storage, read_write> importance_map: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read> pixel_weights: array<f32>;
-@group(0) @binding(4) var<storage, read> map_weights: array<f32>;
-@group(0) @binding(6) var<storage, read> shadow_edges: array<f32>;
 @group(0) @binding(7) var<storage, read> boundary_weights: array<f32>;
 
-override uses_distance: bool = false;
-override uses_normal: bool = false;
-override uses_shadow_edge: bool = false;
 override uses_boundary: bool = false;
 override uses_pixel_weights: bool = false;
-override uses_map_weights: bool = false;
 
 const TILE: u32 = 4u;                   // as in boundary.wgsl
 
 // A light matrix may leave receivers off the map, which need no texels; rounding leaves none.
 const OFF_THE_MAP: f32 = 0.501;
 
-fn cell_at(place: f32, cells: u32) -> u32 {
-    return min(u32(clamp(place, 0.0, 1.0) * f32(cells)), cells - 1u);
-}
-
 // Desired view (5.1): every receiver has a part. The others are factors.
 fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, width: u32, uv: vec2<f32>) -> f32 {
-    var value = 1.0;
-    if uses_distance {
-        // Distance to eye (5.2): a sphere's image is proportional to 1 / depth.
-        value /= receiver.depth;
-    }
-    if uses_normal {
-        // Surface normal (5.4), turned towards the camera.
-        let cosine = abs(dot(receiver.normal, normalize(receiver.ray)));
-        value *= 1.0 + importance.normal_bonus * cosine;
-    }
+    let cosine = abs(dot(receiver.normal, normalize(receiver.ray)));
+    var value = importance_of_surface(receiver.depth, cosine, importance.normal_bonus);
     if uses_shadow_edge {
         let size = importance.shadow_edges;
         value *= shadow_edges[cell_at(uv.y, size) * size + cell_at(uv.x, size)];
@@ -68,11 +51,7 @@ fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, w
     if uses_pixel_weights {
         value *= pixel_weights[pixel.y * width + pixel.x];
     }
-    if uses_map_weights {
-        let size = importance.map_weights;
-        value *= map_weights[cell_at(uv.y, size.y) * size.x + cell_at(uv.x, size.x)];
-    }
-    return value;
+    return value * weight_of_place(uv, importance.map_weights);
 }
 
 @compute @workgroup_size(IMAGE_TILE.x)

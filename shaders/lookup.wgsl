@@ -94,16 +94,82 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         return share_in_disc(receivers, projection, warp, receiver, place, own_patch, warped.uv * size);
     }
     let least_bias = even_bias + receivers.slope_bias * (abs(slope.x) + abs(slope.y));
+    let plane = ReceiverPlane(receiver.q, normal, centred, least_bias, beam_bias, receiver.triangle);
+    var around = Around(0u, 0u, 0u, 0u, 0u, NO_TRIANGLE);
+    var ids: array<u32, 25>;            // of the triangles across seams
+    look_beside(receivers, projection, warp, plane, own_patch, middle, &around);
+    look_across_seams(receivers, projection, warp, plane, own_patch, middle, linear, warped, &around, &ids);
 
-    // Of the texels around, a bit each: which are on the map, which hold something before the receiver's
-    // plane, which a triangle that was seen before, and which another one that may be met before the receiver.
-    var texels = 0u;
-    var nearer = 0u;
-    var known = 0u;
-    var candidates = 0u;
+    var hit = uses_depths && is_behind(around, warped.uv * size - vec2<f32>(middle) - 0.5);
+    if !uses_triangles {
+        return select(1.0, 0.0, hit);
+    }
+    var candidates = around.candidates;
+    while candidates != 0u && !hit {
+        let place = i32(firstTrailingBit(candidates));
+        candidates &= candidates - 1u;
+        let side = 2 * reach + 1;
+        let texel = middle + vec2<i32>(place % side, place / side) - reach;
+        var id = load_stored(u32(texel.y) * projection.size.x + u32(texel.x)).triangle;
+        if !is_rectilinear {
+            id = select(id, ids[place], ((around.moved >> u32(place)) & 1u) != 0u);
+        }
+        hit = hits(projection, id, ray_from_projected(receiver.q), depth - rounding);
+    }
+    return select(1.0, 0.0, hit);
+}
+
+// The plane of a receiver in the light's projection, and what is taken off its depth.
+struct ReceiverPlane {
+    q: vec3<f32>,
+    normal: vec3<f32>,
+    centred: vec2<f32>,                 // the receiver's texel
+    least_bias: f32,
+    beam_bias: f32,
+    triangle: u32,
+}
+
+// Of the texels around a receiver, a bit each.
+struct Around {
+    texels: u32,                        // that are on the map
+    nearer: u32,                        // that hold something before the receiver's plane
+    known: u32,                         // that hold a triangle that was seen before
+    candidates: u32,                    // that hold another one, which may be met before the receiver
+    moved: u32,                         // that lie across a seam
+    previous: u32,                      // the triangle that was seen last
+}
+
+// Compares the texel of a bit with the receiver's plane, and gives the triangle that it holds.
+fn look_at_texel(
+    receivers: Receivers,
+    projection: Projection,
+    plane: ReceiverPlane,
+    texel: vec2<i32>,
+    linear: vec2<f32>,
+    bit: u32,
+    around: ptr<function, Around>,
+) -> u32 {
+    let step = linear * vec2<f32>(projection.size) - projection.centre - plane.centred;
+    let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
+    (*around).texels |= bit;
+    if is_before_plane(receivers, projection, plane, step, stored.depth) {
+        (*around).nearer |= bit;
+    }
+    return stored.triangle;
+}
+
+// The receiver's own texel and those beside it that are of the same patch.
+fn look_beside(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    plane: ReceiverPlane,
+    own_patch: Patch,
+    middle: vec2<i32>,
+    around: ptr<function, Around>,
+) {
     var bit = 1u;
     // A triangle is tested once where it follows itself along the row or begins the row before.
-    var previous = NO_TRIANGLE;
     var above = NO_TRIANGLE;
     var first_of_row = NO_TRIANGLE;
     var neighbours = neighbours_of_texel(warp, middle, reach, projection.size);
@@ -114,32 +180,37 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
             let is_beside = all(texel >= own_patch.low) && all(texel <= own_patch.high);
             if is_beside || (x == 0 && y == 0) {
                 let place = vec2<i32>(x, y) + reach;
-                let there = linear_from_neighbour(&neighbours, place, texel, projection.size);
-                let step = there * size - projection.centre - centred;
-                let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
-                let id = stored.triangle;
-                texels |= bit;
-                if is_before_plane(receivers, projection, receiver.q, normal, step, least_bias, beam_bias, stored.depth) {
-                    nearer |= bit;
+                let linear = linear_from_neighbour(&neighbours, place, texel, projection.size);
+                let id = look_at_texel(receivers, projection, plane, texel, linear, bit, around);
+                if id == (*around).previous || id == above {
+                    (*around).known |= bit;
                 }
-                if id == previous || id == above {
-                    known |= bit;
+                if id != NO_TRIANGLE && id != plane.triangle {
+                    (*around).candidates |= bit;
                 }
-                if id != NO_TRIANGLE && id != receiver.triangle {
-                    candidates |= bit;
-                }
-                previous = id;
+                (*around).previous = id;
                 first_of_row = select(first_of_row, id, x == -reach);
             }
             bit <<= 1u;
         }
     }
-    candidates &= ~known;
+    (*around).candidates &= ~(*around).known;
+}
 
-    // Across a tear, the texels around the nearest one there stand for those that would be beside the middle.
-    // Corners belong to the patches above and below.
-    var moved = 0u;
-    var ids: array<u32, 25>;            // of the triangles there
+// Across a seam, the texels around the nearest one there stand for those that would be beside the middle.
+// Corners belong to the patches above and below.
+fn look_across_seams(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    plane: ReceiverPlane,
+    own_patch: Patch,
+    middle: vec2<i32>,
+    linear: vec2<f32>,
+    warped: Warped,
+    around: ptr<function, Around>,
+    ids: ptr<function, array<u32, 25>>,
+) {
     let outside = texels_outside(own_patch, middle, reach);
     var torn = seam_sides(warp, warped, outside);
     while !is_rectilinear && reach > 0 && torn != 0u {
@@ -158,62 +229,44 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
             if !is_corner && all(texel >= vec2<i32>(0)) && all(texel < vec2<i32>(projection.size)) {
                 let place = u32((beside.y + reach) * (2 * reach + 1) + beside.x + reach);
                 let bit = 1u << place;
-                let step = linear_from_texel(warp, texel, projection.size) * size - projection.centre - centred;
-                let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
-                let id = stored.triangle;
-                texels |= bit;
-                if is_before_plane(receivers, projection, receiver.q, normal, step, least_bias, beam_bias, stored.depth) {
-                    nearer |= bit;
+                let there = linear_from_texel(warp, texel, projection.size);
+                let id = look_at_texel(receivers, projection, plane, texel, there, bit, around);
+                if id == (*around).previous {
+                    (*around).known |= bit;
+                } else if id != NO_TRIANGLE && id != plane.triangle {
+                    (*around).candidates |= bit;
                 }
-                if id == previous {
-                    known |= bit;
-                } else if id != NO_TRIANGLE && id != receiver.triangle {
-                    candidates |= bit;
-                }
-                moved |= bit;
-                ids[place] = id;
-                previous = id;
+                (*around).moved |= bit;
+                (*ids)[place] = id;
+                (*around).previous = id;
             }
         }
     }
-    let aside = warped.uv * size - vec2<f32>(middle) - 0.5;
+}
+
+// Whether the depths of the texels around say that the receiver is in shadow. It lies so far aside of the middle
+// of its own texel.
+fn is_behind(around: Around, aside: vec2<f32>) -> bool {
     let nine = select(NINE, NINE_OF_25, reach == 2);
-    let ninths = 9u * countOneBits(nearer & nine) / max(countOneBits(texels & nine), 1u);
-    let are_small = (nearer & known & nine) == 0u && ninths >= 6u;
+    let ninths = 9u * countOneBits(around.nearer & nine) / max(countOneBits(around.texels & nine), 1u);
+    let are_small = (around.nearer & around.known & nine) == 0u && ninths >= 6u;
     let agreeing = select(AGREEING, AGREEING_OF_SMALL, are_small);
-    let is_behind = ninths >= 4u && bilinear_share(nearer, aside) >= agreeing * bilinear_share(texels, aside);
-    var hit = uses_depths && is_behind;
-    if !uses_triangles {
-        return select(1.0, 0.0, hit);
-    }
-    while candidates != 0u && !hit {
-        let place = i32(firstTrailingBit(candidates));
-        candidates &= candidates - 1u;
-        let side = 2 * reach + 1;
-        let texel = middle + vec2<i32>(place % side, place / side) - reach;
-        var id = load_stored(u32(texel.y) * projection.size.x + u32(texel.x)).triangle;
-        if !is_rectilinear {
-            id = select(id, ids[place], ((moved >> u32(place)) & 1u) != 0u);
-        }
-        hit = hits(projection, id, ray_from_projected(receiver.q), depth - rounding);
-    }
-    return select(1.0, 0.0, hit);
+    return ninths >= 4u && bilinear_share(around.nearer, aside) >= agreeing * bilinear_share(around.texels, aside);
 }
 
 // Whether a depth, on the ray through a texel's centre, is before the receiver's plane there.
 fn is_before_plane(
     receivers: Receivers,
     projection: Projection,
-    q: vec3<f32>,
-    normal: vec3<f32>,
+    receiver: ReceiverPlane,
     step: vec2<f32>,
-    least_bias: f32,
-    beam_bias: f32,
     depth: f32,
 ) -> bool {
+    let q = receiver.q;
+    let normal = receiver.normal;
     let plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
     // The farther a curved surface is taken for its plane, the more that is wrong.
-    let bias = least_bias + beam_bias * max(1.0, length(step));
+    let bias = receiver.least_bias + receiver.beam_bias * max(1.0, length(step));
     return stored_depth(projection, plane - bias) > depth;
 }
 

@@ -2,7 +2,7 @@
 
 use super::acceleration::KeptStructure;
 use super::device::Gpu;
-use super::frame::Frame;
+use super::frame::{Binding, Frame, table};
 use super::lock::lock;
 use super::tables::{new_table, triangle_items, write_items, write_table};
 use crate::bvh::Bvh;
@@ -176,6 +176,15 @@ impl SceneTables {
     /// Likewise.
     pub fn edges(&self, frame: &Frame, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
         built_once(&self.edges, frame, || EdgeTables::new(&frame.gpu, scene))
+    }
+
+    /// Bindings of `shaders/lib/triangles.wgsl`.
+    pub fn bindings(&self) -> [Binding<'_>; 3] {
+        [
+            (1, table(&self.vertex_indices)),
+            (2, table(&self.positions_high)),
+            (3, table(&self.positions_low)),
+        ]
     }
 
     /// The greatest distance of a point of the scene's box.

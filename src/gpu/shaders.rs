@@ -26,6 +26,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/coverage"),
     file!("lib/edges"),
     file!("lib/image_tiles"),
+    file!("lib/importance"),
     file!("lib/invocations"),
     file!("lib/light_grid"),
     file!("lib/light_rays"),
@@ -176,7 +177,8 @@ pub mod tests {
 
     fn shaders() -> Vec<Shader> {
         let mut shaders: Vec<_> = in_folder("").into_iter().map(Shader::new).collect();
-        let slots: [(&str, fn(&mut Shader) -> &mut &'static str); 5] = [
+        type Place = fn(&mut Shader) -> &mut &'static str;
+        let slots: [(&str, Place); 5] = [
             ("caster", |shader| &mut shader.caster),
             ("projection", |shader| &mut shader.projection),
             ("warp", |shader| &mut shader.warp),

@@ -44,13 +44,8 @@ pub fn caster_tests(
     let mut counters = Vec::new();
     for triangles in work_items::parts(scene) {
         let grid = frame.uniform("light grid", &grid.of_triangles(&triangles));
-        let mut bin = vec![
-            (0, buffer(&grid)),
-            (1, table(&scene.vertex_indices)),
-            (2, table(&scene.positions_high)),
-            (3, table(&scene.positions_low)),
-            (10, table(&scene.unit_normals)),
-        ];
+        let mut bin = vec![(0, buffer(&grid)), (10, table(&scene.unit_normals))];
+        bin.extend(scene.bindings());
         bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
         let mut walk = bin.clone();
         bin.push((5, buffer(&lists.tiles)));

@@ -3,7 +3,7 @@
 use super::inputs::Receivers;
 use super::rasterize::Target;
 use super::warp_map::{self, WarpMap};
-use crate::gpu::frame::{Dispatch, Frame, buffer, table};
+use crate::gpu::frame::{Dispatch, Frame, buffer};
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
 
@@ -147,12 +147,10 @@ pub fn lookup(frame: &mut Frame, seen: Receivers, map: LookupInput, visibility: 
     bindings.extend([
         seen.tiles_binding(),
         (0, buffer(&projection)),
-        (1, table(&scene.vertex_indices)),
-        (2, table(&scene.positions_high)),
-        (3, table(&scene.positions_low)),
         (5, buffer(map.texels)),
         (6, buffer(visibility)),
     ]);
+    bindings.extend(scene.bindings());
     bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     frame.pass(
         LABEL,

@@ -85,142 +85,166 @@ pub struct RasterJob<'a> {
     pub receiver_tiles: Option<&'a wgpu::Buffer>,
 }
 
+/// A map's parts and who draws them.
+struct Drawing<'a> {
+    job: RasterJob<'a>,
+    /// Triangles that were split; they are in the map, beyond projection and warp.
+    pieces: Option<PooledBuffer>,
+    /// Of the functions along x of a warp.
+    bands: u32,
+    /// Whether a part is of one band: of a warp of many functions a tile's bound says little.
+    has_bands: bool,
+}
+
+impl<'a> Drawing<'a> {
+    fn new(job: RasterJob<'a>, pieces: Option<PooledBuffer>) -> Self {
+        let warp = job.warp.filter(|_| pieces.is_none());
+        let bands = warp.map_or(1, |warp| warp.layout.functions[0]);
+        Self {
+            job: RasterJob { warp, ..job },
+            pieces,
+            bands,
+            has_bands: bands > 1 && job.projection.kind.has_straight_edges(),
+        }
+    }
+
+    fn shader(&self) -> Shader {
+        let (projection, caster) = match self.pieces {
+            None => (self.job.projection.shader(), "caster/scene"),
+            Some(_) => ("projection/parallel", "caster/pieces"),
+        };
+        Shader {
+            projection,
+            caster,
+            warp: warp_map::shader(self.job.warp),
+            target: match self.job.target {
+                Target::Depth => "target/depth",
+                Target::DepthTriangle => "target/depth_triangle",
+            },
+            ..Shader::new(match self.has_bands {
+                true => "rasterize_bands",
+                false => "rasterize",
+            })
+        }
+    }
+
+    fn constants(&self, frame: &Frame, scene: &SceneTables) -> Vec<(&'static str, f64)> {
+        let is_exact = self.pieces.is_none();
+        let culls_hidden = frame.culls && is_exact && self.bands <= MAX_HIDING_BANDS;
+        let mut constants = vec![
+            ("culls_by_depth", flag(frame.culls)),
+            ("culls_hidden", flag(culls_hidden)),
+            (
+                "has_receiver_tiles",
+                flag(self.job.receiver_tiles.is_some()),
+            ),
+        ];
+        constants.extend(warp_map::constants(self.job.warp));
+        if is_exact {
+            constants.push(("has_low_parts", flag(scene.has_low_parts)));
+        }
+        constants
+    }
+
+    fn uniform(&self, scene: &SceneTables) -> RasterizationUniform {
+        let projection = self.job.projection;
+        let tile_bits = tile_bits(projection.width, projection.height);
+        // A band that there is not stands for a whole triangle.
+        let band_bits = match self.has_bands {
+            true => u32::BITS - self.bands.leading_zeros(),
+            false => 1,
+        };
+        let depth_bits = u32::BITS - tile_bits[0] - tile_bits[1] - band_bits;
+        // Steps are told apart in float32 with room for rounding.
+        let last_step = f64::from((1u32 << depth_bits.min(16)) - 1);
+        // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
+        let coarse_side = projection.width.max(projection.height).div_ceil(64);
+        RasterizationUniform {
+            projection: projection.uniform(scene.origin),
+            triangle_count: scene.triangle_count,
+            coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
+            tile_bits,
+            band_bits,
+            has_bands: u32::from(self.has_bands),
+            steps_per_depth: (last_step / projection.greatest_stored_depth()).max(0.0) as f32,
+            last_step: last_step as f32,
+        }
+    }
+
+    /// Triangles or items that an invocation takes one after the other.
+    fn per_invocation(&self, gpu: &Gpu) -> u32 {
+        let Projection { width, height, .. } = *self.job.projection;
+        let most = gpu.work_per_invocation(1, 64);
+        if !self.has_bands {
+            return most;
+        }
+        assert!(self.bands <= max_bands(width, height));
+        // A lane takes several bands and columns of functions of an item: all of an invocation's loops together
+        // must stay below 65,535 iterations.
+        most.min(32)
+    }
+}
+
 /// Records the pass under the label.
 pub fn rasterize(
     frame: &mut Frame,
     label: &'static str,
     scene: &SceneTables,
-    drawn: RasterJob,
+    job: RasterJob,
 ) -> Result<Rasterized> {
-    let RasterJob {
-        projection,
-        warp,
-        target,
-        rasterization,
-        receiver_tiles,
-    } = drawn;
-    let texel_bytes = match target {
+    let projection = job.projection;
+    let texel_bytes = match job.target {
         Target::Depth => 4,
         Target::DepthTriangle => 8,
     };
     let texels = frame.storage(label, projection.texel_count() as u64 * texel_bytes)?;
     frame.clear(&texels);
-
     let counters = work_items::counters(frame)?;
-    let pieces = match rasterization {
+    let pieces = match job.rasterization {
         Rasterization::Exact => None,
         Rasterization::Linear { longest_edge } => Some(tessellate(
             frame,
             label,
             scene,
             projection,
-            warp,
+            job.warp,
             longest_edge,
             &counters,
         )?),
     };
-    // Pieces are in the map, beyond projection and warp.
-    let warp = warp.filter(|_| pieces.is_none());
-    let bands = warp.map_or(1, |warp| warp.layout.functions[0]);
-    // Of a warp of many functions a tile's bound says little.
-    let has_bands = bands > 1 && projection.kind.has_straight_edges();
-    let shader = Shader {
-        projection: match pieces {
-            None => projection.shader(),
-            Some(_) => "projection/parallel",
-        },
-        warp: warp_map::shader(warp),
-        caster: match pieces {
-            None => "caster/scene",
-            Some(_) => "caster/pieces",
-        },
-        target: match target {
-            Target::Depth => "target/depth",
-            Target::DepthTriangle => "target/depth_triangle",
-        },
-        ..Shader::new(if has_bands {
-            "rasterize_bands"
-        } else {
-            "rasterize"
-        })
-    };
-    let gpu = frame.gpu.clone();
-    let culls_hidden = frame.culls && pieces.is_none() && bands <= MAX_HIDING_BANDS;
-    let mut constants = vec![
-        ("culls_by_depth", flag(frame.culls)),
-        ("culls_hidden", flag(culls_hidden)),
-        ("has_receiver_tiles", flag(receiver_tiles.is_some())),
-    ];
-    constants.extend(warp_map::constants(warp));
-    let mut per_invocation = gpu.work_per_invocation(1, 64);
-    let longest_side = projection.width.max(projection.height);
-    let unused = frame.storage("unused tiles", 4)?;
-    let tiles = (9, buffer(receiver_tiles.unwrap_or(&unused)));
-    let tile_bits = tile_bits(projection.width, projection.height);
-    if has_bands {
-        assert!(bands <= max_bands(projection.width, projection.height));
-        // A lane takes several bands and columns of functions of an item: all of an invocation's loops together
-        // must stay below 65,535 iterations.
-        per_invocation = per_invocation.min(32);
-    }
-    // A band that there is not stands for a whole triangle.
-    let band_bits = match has_bands {
-        true => u32::BITS - bands.leading_zeros(),
-        false => 1,
-    };
-    let depth_bits = u32::BITS - tile_bits[0] - tile_bits[1] - band_bits;
-    // Steps are told apart in float32 with room for rounding.
-    let last_step = f64::from((1u32 << depth_bits.min(16)) - 1);
-
-    // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
-    let coarse_side = longest_side.div_ceil(64);
-    let job = RasterizationUniform {
-        projection: projection.uniform(scene.origin),
-        triangle_count: scene.triangle_count,
-        coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
-        tile_bits,
-        band_bits,
-        has_bands: u32::from(has_bands),
-        steps_per_depth: (last_step / projection.greatest_stored_depth()).max(0.0) as f32,
-        last_step: last_step as f32,
-    };
-    let job = frame.uniform("job", &job);
-    let mut bin = vec![(0, buffer(&job))];
-    let mut split = Vec::new();
-    let mut prepare_bin = None;
-    match &pieces {
-        None => {
-            constants.push(("has_low_parts", flag(scene.has_low_parts)));
-            bin.extend([
-                (1, table(&scene.vertex_indices)),
-                (2, table(&scene.positions_high)),
-                (3, table(&scene.positions_low)),
-            ]);
-            split.push((10, table(&scene.unit_normals)));
-        }
-        Some(pieces) => {
-            bin.push((1, buffer(pieces)));
-            prepare_bin = Some(vec![(1, buffer(pieces))]);
-        }
-    }
-    bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    split.extend(bin.iter().cloned());
+    let drawing = Drawing::new(job, pieces);
+    let uniform = frame.uniform("job", &drawing.uniform(scene));
     let [columns, rows] = tiles_of_map(projection).map(u64::from);
     let depths_of_tiles = frame.storage("depths of tiles", 4 * columns * rows)?;
     frame.clear(&depths_of_tiles);
+    let unused = frame.storage("unused tiles", 4)?;
+
+    let mut bin = vec![(0, buffer(&uniform))];
+    let mut split = Vec::new();
+    let pieces = drawing.pieces.as_ref().map(|pieces| (1, buffer(pieces)));
+    match &pieces {
+        None => {
+            bin.extend(scene.bindings());
+            split.push((10, table(&scene.unit_normals)));
+        }
+        Some(pieces) => bin.push(pieces.clone()),
+    }
+    let warp = drawing.job.warp;
+    bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
+    split.extend(bin.iter().cloned());
     let hidden = (13, buffer(&depths_of_tiles));
     let mut walk = split.clone();
     walk.extend([(5, buffer(&texels)), hidden.clone()]);
+    let tiles = (9, buffer(job.receiver_tiles.unwrap_or(&unused)));
     bin.push(tiles.clone());
-    split.push(tiles);
-    split.push(hidden);
+    split.extend([tiles, hidden]);
     let stages = Stages {
-        shader,
-        constants: &constants,
+        shader: drawing.shader(),
+        constants: &drawing.constants(frame, scene),
         triangles: u64::from(scene.triangle_count),
-        per_invocation,
+        per_invocation: drawing.per_invocation(&frame.gpu),
         counters,
-        prepare_bin,
+        prepare_bin: pieces.map(|pieces| vec![pieces]),
         bin,
         split,
         walk,

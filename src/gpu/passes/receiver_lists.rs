@@ -6,7 +6,7 @@ use super::light_grid::{LightGrid, TILE};
 use super::warp_map::{self, WarpMap};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shaders::{Shader, flag};
 
@@ -36,6 +36,36 @@ fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
     ])
 }
 
+/// What the dispatches leave for each other, on the device.
+struct Scratch {
+    counts: PooledBuffer,
+    places: PooledBuffer,
+    sums: PooledBuffer,
+    counters: PooledBuffer,
+}
+
+fn scratch(frame: &mut Frame, grid: &LightGrid, pixels: u64) -> Result<Scratch> {
+    let segments = grid.texel_count().div_ceil(SEGMENT);
+    let scratch = Scratch {
+        counts: frame.storage("lengths of lists", 4 * grid.texel_count())?,
+        places: frame.storage("places of receivers", 8 * pixels)?,
+        sums: frame.storage("sums of lengths", 4 * segments)?,
+        counters: frame.storage("counters", 8)?,
+    };
+    frame.clear(&scratch.counts);
+    frame.clear(&scratch.counters);
+    Ok(scratch)
+}
+
+fn new_lists(frame: &Frame, grid: &LightGrid, pixels: u64) -> Result<ReceiverLists> {
+    Ok(ReceiverLists {
+        starts: frame.storage("starts of lists", 4 * (grid.texel_count() + 1))?,
+        listed: frame.storage(LABEL, RECEIVER_BYTES * pixels)?,
+        details: frame.storage("details of receivers", 8 * pixels)?,
+        tiles: frame.storage("tiles of receivers", 24 * grid.tile_count())?,
+    })
+}
+
 fn shader(warp: Option<&WarpMap>) -> Shader {
     Shader {
         warp: warp_map::shader(warp),
@@ -59,18 +89,13 @@ pub fn receiver_lists(
     let grid_uniform = frame.uniform("light grid", grid);
     let pixels = u64::from(seen.camera.width) * u64::from(grid.row_count);
     let segments = grid.texel_count().div_ceil(SEGMENT);
-    let counts = frame.storage("lengths of lists", 4 * grid.texel_count())?;
-    let places = frame.storage("places of receivers", 8 * pixels)?;
-    let sums = frame.storage("sums of lengths", 4 * segments)?;
-    let counters = frame.storage("counters", 8)?;
-    let lists = ReceiverLists {
-        starts: frame.storage("starts of lists", 4 * (grid.texel_count() + 1))?,
-        listed: frame.storage(LABEL, RECEIVER_BYTES * pixels)?,
-        details: frame.storage("details of receivers", 8 * pixels)?,
-        tiles: frame.storage("tiles of receivers", 24 * grid.tile_count())?,
-    };
-    frame.clear(&counts);
-    frame.clear(&counters);
+    let Scratch {
+        counts,
+        places,
+        sums,
+        counters,
+    } = scratch(frame, grid, pixels)?;
+    let lists = new_lists(frame, grid, pixels)?;
 
     let gpu = frame.gpu.clone();
     let rows = gpu.work_per_invocation(1, 32);
@@ -103,11 +128,9 @@ pub fn receiver_lists(
         (16, buffer(visibility)),
         (15, buffer(&counts)),
         (17, buffer(shadow_map)),
-        (1, table(&scene.vertex_indices)),
-        (2, table(&scene.positions_high)),
-        (3, table(&scene.positions_low)),
         places.clone(),
     ]);
+    count_bindings.extend(scene.bindings());
     count_bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
     let mut scatter_bindings = receivers;
     scatter_bindings.extend([

@@ -5,7 +5,7 @@ use super::warp_map::{self, WarpMap};
 use super::work_items::{Counters, GROUP};
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined, table};
+use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
@@ -78,12 +78,7 @@ pub fn tessellate(
     let counted = (4, buffer(counters));
     let mut shared = vec![(0, buffer(&job)), counted.clone(), (5, buffer(&pieces))];
     shared.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    let vertices = [
-        (1, table(&scene.vertex_indices)),
-        (2, table(&scene.positions_high)),
-        (3, table(&scene.positions_low)),
-    ];
-    let [indices, high, low] = &vertices;
+    let [indices, high, low] = &scene.bindings();
     let mut dispatches = vec![Dispatch {
         pipeline: &begin,
         bindings: joined(&shared, &[indices, high, low, &(7, buffer(&lists[0]))]),
