@@ -1,14 +1,21 @@
 //! How coarse a shadow map is where the camera looks, in float64: measures that need no reference.
 
 use crate::camera::Camera;
+use crate::fits::layer::Layer;
+use crate::fits::uniform::fit_uniform;
 use crate::light::Light;
-use crate::methods::fit_uniform;
 use crate::projection::Projection;
-use crate::render::RenderedLayer;
 use crate::scene::Scene;
 use crate::warp::Warp;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+
+/// Where a layer took the light's rays.
+pub struct RenderedLayer {
+    pub fitted: Layer,
+    /// None where it has none, or it was not asked for.
+    pub warp: Option<Warp>,
+}
 
 /// The aliasing error m = w'_l / w'_i of each pixel: the width of the beam of the light's texel over
 /// the width of the pixel's, both where they meet the surface.

@@ -1,36 +1,29 @@
 //! The part of a box of the world that a camera may see.
 
 use crate::camera::Camera;
+use crate::region::HalfSpace;
 use glam::{DVec2, DVec3};
 
-/// A plane: points with `normal * (point - origin) >= 0` are kept.
-#[derive(Debug, Clone, Copy)]
-struct Plane {
-    origin: DVec3,
-    normal: DVec3,
-}
-
-/// The part of a convex polygon before a plane (Sutherland and Hodgman, 1974).
-fn clip(polygon: &[DVec3], plane: Plane) -> Vec<DVec3> {
-    let height = |point: DVec3| plane.normal.dot(point - plane.origin);
-    let mut kept = Vec::new();
+/// The part of a convex polygon in a half space (Sutherland and Hodgman, 1974).
+fn clip(polygon: &[DVec3], half: &HalfSpace) -> Vec<DVec3> {
+    let height = |point: DVec3| half.normal.dot(point - half.origin);
+    let mut inside = Vec::new();
     for (i, &a) in polygon.iter().enumerate() {
         let b = polygon[(i + 1) % polygon.len()];
         let (above_a, above_b) = (height(a), height(b));
         if above_a >= 0.0 {
-            kept.push(a);
+            inside.push(a);
         }
         if (above_a >= 0.0) != (above_b >= 0.0) {
-            kept.push(a + (b - a) * (above_a / (above_a - above_b)));
+            inside.push(a + (b - a) * (above_a / (above_a - above_b)));
         }
     }
-    kept
+    inside
 }
 
-fn clip_all(polygon: Vec<DVec3>, planes: &[Plane]) -> Vec<DVec3> {
-    planes
-        .iter()
-        .fold(polygon, |polygon, plane| clip(&polygon, *plane))
+fn clip_all(polygon: Vec<DVec3>, half_spaces: &[HalfSpace]) -> Vec<DVec3> {
+    let clipped = half_spaces.iter();
+    clipped.fold(polygon, |polygon, half| clip(&polygon, half))
 }
 
 /// The corners of the camera's image at a depth.
@@ -53,17 +46,17 @@ fn faces(near: [DVec3; 4], far: [DVec3; 4]) -> Vec<Vec<DVec3>> {
     sides.chain([near.to_vec(), far.to_vec()]).collect()
 }
 
-/// The planes of faces, the middle on the kept side.
-fn planes(faces: &[Vec<DVec3>], middle: DVec3) -> Vec<Plane> {
-    let plane = |face: &Vec<DVec3>| {
+/// The half spaces of faces, the middle inside.
+fn half_spaces(faces: &[Vec<DVec3>], middle: DVec3) -> Vec<HalfSpace> {
+    let half = |face: &Vec<DVec3>| {
         let normal = (face[2] - face[0]).cross(face[3] - face[1]);
         let origin = face.iter().sum::<DVec3>() / face.len() as f64;
-        Plane {
+        HalfSpace {
             origin,
             normal: normal * normal.dot(middle - origin).signum(),
         }
     };
-    faces.iter().map(plane).collect()
+    faces.iter().map(half).collect()
 }
 
 /// Corners of the part of a box, from its least to its greatest corner, that is in the camera's
@@ -92,20 +85,20 @@ pub fn visible_part(camera: &Camera, (low, high): (DVec3, DVec3)) -> Vec<DVec3> 
     let axis = camera.eye + camera.forward * (0.5 * (camera.znear + far));
     let inside = corners_at(camera, 0.5 * (camera.znear + far));
     let middle = 0.5 * axis + 0.125 * inside.iter().sum::<DVec3>();
-    let frustum_planes = planes(&frustum, middle);
-    let box_planes: Vec<_> = DVec3::AXES
+    let frustum_sides = half_spaces(&frustum, middle);
+    let box_sides: Vec<_> = DVec3::AXES
         .into_iter()
         .flat_map(|axis| {
-            [(low, axis), (high, -axis)].map(|(origin, normal)| Plane { origin, normal })
+            [(low, axis), (high, -axis)].map(|(origin, normal)| HalfSpace { origin, normal })
         })
         .collect();
     // A corner of the part is one of the box's faces cut by the frustum, or the other way round.
     let mut corners = Vec::new();
     for face in cuboid {
-        corners.extend(clip_all(face, &frustum_planes));
+        corners.extend(clip_all(face, &frustum_sides));
     }
     for face in frustum {
-        corners.extend(clip_all(face, &box_planes));
+        corners.extend(clip_all(face, &box_sides));
     }
     corners
 }

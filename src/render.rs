@@ -1,8 +1,9 @@
 //! Rendering a frame: from scene, camera, light and method to arrays.
 
-use crate::aliasing;
+use crate::aliasing::{self, RenderedLayer};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
+use crate::fits::layer::Layer;
 use crate::gpu::frame::{Frame, Read, ReadResults, Source, Timings};
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::rasterize::Target;
@@ -10,9 +11,10 @@ use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{Inputs, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::view::{RasterizedLayer, Recorded, Stats, View, WarpedLayer};
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
-use crate::methods::{Fitted, Layer, Method, Plan, Recorded, Stats, View};
+use crate::methods::Method;
 use crate::reference::surface;
 use crate::scene::Scene;
 use crate::warp::Warp;
@@ -137,13 +139,6 @@ impl Rendered {
         self.max_effective_resolution = asks(Output::MaxEffectiveResolution)
             .map(|()| aliasing::max_effective_resolution(scene, camera, light, layers));
     }
-}
-
-/// Where a layer took the light's rays.
-pub struct RenderedLayer {
-    pub fitted: Fitted,
-    /// None where it has none, or it was not asked for.
-    pub warp: Option<Warp>,
 }
 
 /// What stays on the device between frames of one scene.
@@ -387,21 +382,21 @@ fn record(
 
 /// What is read back of a layer.
 struct LayerReads {
-    fitted: Fitted,
+    fitted: Layer,
     map: Option<MapRead>,
     importance: Option<(ImportanceMap, Read<u32>)>,
     warp: Option<(Layout, Read<f32>)>,
 }
 
 impl LayerReads {
-    fn new(frame: &mut Frame, layer: Layer, outputs: Outputs) -> Result<Self> {
-        let Layer {
+    fn new(frame: &mut Frame, layer: RasterizedLayer, outputs: Outputs) -> Result<Self> {
+        let RasterizedLayer {
             plan,
             comparison,
             texels,
         } = layer;
-        let Plan {
-            fitted,
+        let WarpedLayer {
+            layer: fitted,
             warp,
             importance,
         } = plan;

@@ -47,7 +47,7 @@ def alignment(scene: lx.Scene, frame: lx.Frame) -> float:
 
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.0])
 @pytest.mark.parametrize("method", [lx.Uniform, lx.DesiredView, lx.RectilinearWarp, lx.Cascades])
-def test_rows_and_columns_lie_across_the_edges_of_a_city_however_it_stands(method, turn):
+def test_rows_and_columns_run_diagonally_to_the_edges_of_a_city_at_any_angle(method, turn):
     city = small("city")
     cosine, sine = np.cos(turn), np.sin(turn)
     about_y = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
@@ -78,7 +78,7 @@ def test_a_turned_cube_has_fewer_wrong_pixels_where_most_edges_lie_along_three_a
 def test_min_sm_is_the_smallest_map_that_holds_every_receiver(name):
     scene = small(name)
     random = np.random.default_rng(7)
-    judged = 0
+    compared = 0
     for _, camera in cameras(scene):
         for direction in random.normal(size=(3, 3)):
             frame = lx.render(scene, camera, lx.DirectionalLight(direction), "min_sm")
@@ -94,8 +94,8 @@ def test_min_sm_is_the_smallest_map_that_holds_every_receiver(name):
                 continue
             # Its direction is that of a hull of some receivers; its sides hold all of them.
             assert 0.9999 * least <= np.prod(sides(frame)) < 1.03 * least
-            judged += 1
-    assert judged > 8
+            compared += 1
+    assert compared > 8
 
 
 def test_principal_axes_are_those_of_the_receivers():

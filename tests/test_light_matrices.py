@@ -83,7 +83,22 @@ def test_the_optimizer_lowers_h_and_the_simplex_lowers_it_further(objects):
         assert 0 < h["simplex"] <= h["paper"]
 
 
-def test_a_matrix_is_kept_until_a_new_one_is_much_better(objects):
+def test_the_map_holds_the_samples_that_are_chosen():
+    scene = small("plane_and_box")
+    view = scene, scene.cameras["default"].resized(240, 180)
+    light = lx.DirectionalLight((0.4, -1, 0.2))
+    held = {}
+    for samples in ("boundary", "shadow", "facing"):
+        method = lx.SceneOptimized(resolution=200, samples=samples)
+        frame = lx.render(*view, light, method)
+        places = texels(frame, frame.position[frame.facing])
+        held[samples] = ((places >= 0) & (places <= 200)).all(axis=-1).mean()
+    # Far from the shadow there is much of the floor, and no sample of the boundary.
+    assert held["facing"] > 0.99
+    assert held["boundary"] <= held["shadow"] < 0.5
+
+
+def test_a_matrix_is_reused_until_a_new_one_is_much_better(objects):
     scene, camera = objects
     light = lx.DirectionalLight((0.4, -1, 0.2))
     first = lx.render(scene, camera, light, lx.SceneOptimized(resolution=200))

@@ -1,46 +1,17 @@
-//! Fits of maps to the receivers: the step before a map or a warp.
+//! Layers over the boxes of their receivers.
 
 use super::central::{cone_layer, cube_faces, fit_box, fit_square};
+use super::layer::Layer;
 use super::parallel::{self, axes_at, projected_box};
+use super::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use super::rotation::{parallel_off_edges, turned};
 use super::snapping::snapped;
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
-use crate::gpu::passes::outline::Points;
-use crate::methods::cube::fit_cube;
-use crate::methods::dual_paraboloid::fit_dual_paraboloid;
-use crate::methods::improved_paraboloid::{self, fit_improved_paraboloid};
-use crate::methods::lispsm::LightSpacePerspective;
-use crate::methods::scene_optimized::SceneOptimized;
-use crate::methods::spot::fit_spot;
-use crate::methods::view::{Fitted, View};
 use crate::projection::Projection;
 use crate::region::Region;
-use glam::{DMat2, DMat3, DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use std::f64::consts::SQRT_2;
-
-/// Which maps there are, before their sides are fitted to the receivers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fit {
-    /// The light's own: one map for parallel rays or a cone, faces of a cube for a point.
-    DesiredView,
-    /// The same, turned as the smallest rectangle around the receivers.
-    MinSm,
-    /// The same, turned along the principal axes of the receivers.
-    PrincipalAxes,
-    /// With the perspective of `lispsm`.
-    LightSpacePerspective,
-    /// With the light matrix of `scene_optimized`.
-    SceneOptimized,
-    /// Six faces of a cube around the light.
-    Cube,
-    /// Two paraboloids back to back.
-    DualParaboloid,
-    /// A paraboloid that looks at the receivers.
-    ImprovedParaboloid,
-    /// One map along the axis of a spot light.
-    Spot,
-}
 
 /// What a layer of an omnidirectional map is cut to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,121 +35,137 @@ impl Cut {
     }
 }
 
-impl Fit {
-    /// The maps around the receivers that face the light. A layer without receivers is left out. Submits
-    /// what was recorded so far.
-    pub fn fit(self, view: &mut View, snaps: bool, resolution: u32) -> Result<Vec<Fitted>> {
-        let cut = Cut::to_receivers(snaps);
-        let points = match self {
-            Self::LightSpacePerspective => return LightSpacePerspective::new(resolution).fit(view),
-            Self::SceneOptimized => return SceneOptimized::new(resolution).fit(view),
-            Self::Cube => return fit_cube(view, DMat3::IDENTITY, cut, resolution),
-            Self::DualParaboloid => return fit_dual_paraboloid(view, cut, resolution),
-            Self::ImprovedParaboloid => {
-                return fit_improved_paraboloid(
-                    view,
-                    improved_paraboloid::Cut::Receivers,
-                    resolution,
-                );
-            }
-            Self::Spot => return fit_spot(view, cut, resolution),
-            Self::DesiredView => None,
-            Self::MinSm => Some(Points::Extremes),
-            Self::PrincipalAxes => Some(Points::Samples),
-        };
-        let mut layers = layers_of_light(view);
-        if let Some(points) = points {
-            for layer in &mut layers {
-                turn(view, layer, points)?;
-            }
-        }
-        cut_layers(view, layers, cut, resolution)
-    }
+/// How the maps of the receivers' boxes are turned around the light's direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turn {
+    /// Not as the receivers lie: "desired view".
+    Still,
+    /// As their smallest rectangle: "MIN-SM".
+    SmallestRectangle,
+    /// Along their principal axes.
+    PrincipalAxes,
 }
 
-/// Turns a layer's axes as its receivers lie.
-fn turn(view: &mut View, layer: &mut Fitted, points: Points) -> Result<()> {
-    let found = view.outline(layer, points)?;
-    let direction = match points {
-        Points::Extremes => smallest_rectangle(&found).map_or(DVec2::X, |r| r.axis),
-        Points::Samples => principal_axis(&found),
+/// The light's own layers over the boxes of their receivers: one map for parallel rays or a cone, faces of a cube for
+/// a point. A layer without receivers is left out.
+pub fn fit_boxes(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    turn: Turn,
+    cut: Cut,
+    resolution: u32,
+) -> Result<Vec<Layer>> {
+    let mut layers = layers_of_light(receivers.setting());
+    for layer in &mut layers {
+        let direction = match turn {
+            Turn::Still => continue,
+            Turn::SmallestRectangle => {
+                let extremes = receivers.outline(layer, OutlinePoints::Extremes)?;
+                smallest_rectangle(&extremes).map_or(DVec2::X, |rectangle| rectangle.axis)
+            }
+            Turn::PrincipalAxes => {
+                principal_axis(&receivers.outline(layer, OutlinePoints::Samples)?)
+            }
+        };
+        layer.projection = turned(&layer.projection, direction);
+    }
+    cut_layers(receivers, layers, cut, resolution)
+}
+
+/// The same, not turned, but all of them with straight edges: a cone that is too wide for one perspective takes faces
+/// of a cube.
+pub fn fit_straight_boxes(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    resolution: u32,
+) -> Result<Vec<Layer>> {
+    let setting = receivers.setting();
+    let own = layers_of_light(setting);
+    let are_straight = own
+        .iter()
+        .all(|layer| layer.projection.kind.has_straight_edges());
+    let layers = match setting.light.position() {
+        Some(position) if !are_straight => cube_faces(position, setting.scene.bounds()),
+        _ => own,
     };
-    layer.projection = turned(&layer.projection, direction);
-    Ok(())
+    cut_layers(receivers, layers, Cut::Receivers, resolution)
 }
 
 /// The light's own layers, given by their axes: one for parallel rays or a cone, faces of a cube for a
 /// point.
-pub fn layers_of_light(view: &View) -> Vec<Fitted> {
-    let scene = view.scene.bounds();
-    match (view.light.position(), view.light.cone()) {
-        (None, _) => vec![parallel_layer(view)],
+pub fn layers_of_light(setting: Setting) -> Vec<Layer> {
+    let scene = setting.scene.bounds();
+    match (setting.light.position(), setting.light.cone()) {
+        (None, _) => vec![parallel_layer(setting)],
         (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
         (Some(position), None) => cube_faces(position, scene),
     }
 }
 
 /// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
-pub fn parallel_layer(view: &View) -> Fitted {
-    let direction = -view.light.vector_from_point(view.camera.eye);
-    let axes = axes_at(view.camera.eye, direction);
-    Fitted::everywhere(parallel_off_edges(view.scene, axes))
+pub fn parallel_layer(
+    Setting {
+        scene,
+        camera,
+        light,
+    }: Setting,
+) -> Layer {
+    let direction = -light.vector_from_point(camera.eye);
+    Layer::everywhere(parallel_off_edges(scene, axes_at(camera.eye, direction)))
 }
 
-/// Each layer, given by its axes, as a map; those without receivers are left out. Submits what was
-/// recorded so far.
+/// Each layer, given by its axes, as a map; those without receivers are left out.
 pub fn cut_layers(
-    view: &mut View,
-    layers: Vec<Fitted>,
+    receivers: &mut dyn ReceiverQueries<'_>,
+    layers: Vec<Layer>,
     cut: Cut,
     resolution: u32,
-) -> Result<Vec<Fitted>> {
-    let boxes = view.receiver_bounds(&layers)?;
-    Ok(boxed_layers(view, layers, boxes, cut, resolution))
+) -> Result<Vec<Layer>> {
+    let boxes = receivers.bounds(&layers)?;
+    Ok(boxed_layers(receivers, layers, boxes, cut, resolution))
 }
 
 /// The same, with the boxes of the layers' receivers.
 pub fn boxed_layers(
-    view: &mut View,
-    layers: Vec<Fitted>,
-    boxes: Vec<Option<(DVec3, DVec3)>>,
+    receivers: &mut dyn ReceiverQueries<'_>,
+    layers: Vec<Layer>,
+    boxes: Vec<Option<Corners>>,
     cut: Cut,
     resolution: u32,
-) -> Vec<Fitted> {
+) -> Vec<Layer> {
+    let setting = receivers.setting();
+    let leaves_out = receivers.leaves_out_empty_layers();
     let mut fitted = Vec::new();
-    for (layer, corners) in layers.into_iter().zip(boxes) {
-        let whole = || whole_layer(view, &layer.projection);
-        let Some(corners) = corners.or_else(|| (!view.culls()).then(whole)) else {
-            view.skip_layer();
+    for (Layer { projection, region }, corners) in layers.into_iter().zip(boxes) {
+        let whole = || whole_layer(setting, &projection);
+        let Some(corners) = corners.or_else(|| (!leaves_out).then(whole)) else {
+            receivers.skip_layer();
             continue;
         };
-        let Fitted { projection, region } = layer;
         let projection = match projection.kind.is_central() {
-            false => parallel_box(view, &projection, corners, cut, resolution),
-            true => central_map(view, &projection, &region, corners, cut, resolution),
+            false => parallel_box(setting, &projection, corners, cut, resolution),
+            true => central_map(setting, &projection, &region, corners, cut, resolution),
         };
-        fitted.push(Fitted { projection, region });
+        fitted.push(Layer { projection, region });
     }
     fitted
 }
 
 /// Corners that no receiver of a layer is beyond.
-pub fn whole_layer(view: &View, axes: &Projection) -> (DVec3, DVec3) {
+pub fn whole_layer(setting: Setting, axes: &Projection) -> Corners {
     let side = DVec2::splat(2.0);
     match axes.kind.is_central() {
-        false => projected_box(axes, view.scene.bounds()),
+        false => projected_box(axes, setting.scene.bounds()),
         true => ((-side).extend(axes.near), side.extend(axes.far)),
     }
 }
 
 fn parallel_box(
-    view: &View,
+    setting: Setting,
     axes: &Projection,
-    (low, high): (DVec3, DVec3),
+    (low, high): Corners,
     cut: Cut,
     resolution: u32,
 ) -> Projection {
-    let casters = projected_box(axes, view.scene.bounds());
+    let casters = projected_box(axes, setting.scene.bounds());
     // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
     let farthest = low.abs().max(high.abs()).length();
     let rounding = 4.0 * f64::from(f32::EPSILON) * farthest;
@@ -195,19 +182,19 @@ fn parallel_box(
 }
 
 fn central_map(
-    view: &View,
+    setting: Setting,
     axes: &Projection,
     region: &Region,
-    corners: (DVec3, DVec3),
+    corners: Corners,
     cut: Cut,
     resolution: u32,
 ) -> Projection {
     // The unit square of the plane holds a pyramid or half of space.
-    let widest = match view.light.cone() {
+    let widest = match setting.light.cone() {
         Some(cone) if region.is_everywhere() => axes.kind.plane_radius(cone.cosine.acos()),
         _ => 1.0,
     };
-    let distances = (view.camera.eye - axes.origin).length() + corners.1.z;
+    let distances = (setting.camera.eye - axes.origin).length() + corners.1.z;
     let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
     match cut {
         Cut::Whole => {

@@ -1,10 +1,10 @@
 //! Fits of central projections, for lights with a position.
 
+use super::layer::Layer;
 use super::parallel::light_axes;
 use super::snapping::snapped;
 use crate::camera::Camera;
 use crate::light::Cone;
-use crate::methods::view::Fitted;
 use crate::projection::{Kind, Paraboloid, Perspective, Projection};
 use crate::region::{HalfSpace, Region};
 use glam::{DMat3, DVec2, DVec3};
@@ -55,12 +55,12 @@ pub fn axes_for_scene(
 }
 
 /// The six faces of a cube around a point, each with the pyramid that it is for: +X, -X, +Y, -Y, +Z, -Z.
-pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+pub fn cube_faces(position: DVec3, scene: (DVec3, DVec3)) -> Vec<Layer> {
     turned_cube_faces(position, DMat3::IDENTITY, scene)
 }
 
 /// The same of a cube whose axes are the columns of `cube`.
-pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
+pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) -> Vec<Layer> {
     let directions = [DVec3::X, DVec3::Y, DVec3::Z];
     let both_ways = directions.into_iter().flat_map(|axis| [axis, -axis]);
     let faces = both_ways.map(|direction| {
@@ -81,7 +81,7 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
             origin: position,
             normal: (projection.z_axis + side).normalize(),
         });
-        Fitted {
+        Layer {
             projection,
             region: Region::new(half_spaces.to_vec()),
         }
@@ -90,8 +90,8 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
 }
 
 /// Two paraboloids back to back, each with its half of space; the first looks along the axis.
-pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<Fitted> {
-    let halves = [axis, -axis].map(|forward| Fitted {
+pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<Layer> {
+    let halves = [axis, -axis].map(|forward| Layer {
         projection: axes_for_scene(Paraboloid::UNIT, position, forward, scene),
         region: Region::new(vec![HalfSpace {
             origin: position,
@@ -102,13 +102,13 @@ pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<F
 }
 
 /// One layer for a cone of light: perspective, or a paraboloid where it is wide.
-pub fn cone_layer(position: DVec3, cone: Cone, scene: (DVec3, DVec3)) -> Fitted {
+pub fn cone_layer(position: DVec3, cone: Cone, scene: (DVec3, DVec3)) -> Layer {
     let kind: Kind = if cone.cosine >= WIDEST_PERSPECTIVE.cos() {
         Perspective.into()
     } else {
         Paraboloid::UNIT.into()
     };
-    Fitted::everywhere(axes_for_scene(kind, position, cone.axis, scene))
+    Layer::everywhere(axes_for_scene(kind, position, cone.axis, scene))
 }
 
 /// The map whose sides are the box's, `resolution` texels each; (x, y) in the plane of the axes, which

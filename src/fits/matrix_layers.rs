@@ -1,25 +1,27 @@
-//! Fits of light matrices: what they are fitted to, and the projections that they make.
+//! Layers of light matrices: what they are fitted to, and the projections that they make.
 
 use super::boxes::{Cut, boxed_layers, layers_of_light, whole_layer};
 use super::central::{axes_for_scene, cube_faces};
-use super::light_fits::{Subject, focused};
-use super::light_matrix::{LightMatrix, MapSize};
+use super::focused::focused;
+use super::hull::MapSize;
+use super::layer::Layer;
+use super::light_matrix::LightMatrix;
 use super::parallel::{axes_at, bounds_of, projected_box};
+use super::receivers::{ReceiverQueries, Setting};
+use super::samples::SampledReceivers;
+use super::subject::Subject;
 use crate::error::Result;
 use crate::frustum::visible_part;
-use crate::methods::Fitted;
-use crate::methods::parameters::FitParameters;
-use crate::methods::view::{SampledReceivers, View};
 use crate::projection::{Homography, Perspective, Projection};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
 /// What a light matrix must hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fit {
+pub enum Extent {
     /// The part of the scene's box in the camera's frustum: needs nothing but its corners.
     Frustum,
-    /// The receivers that face the light, from samples of the image.
+    /// The receivers, from samples of the image.
     Receivers,
 }
 
@@ -34,12 +36,13 @@ pub struct Part {
 /// The parts of some of the samples, one map each: one part for parallel rays and for a light that has
 /// all in front of it, else those faces of a cube around it that hold any.
 pub fn parts_of_receivers(
-    view: &mut View,
+    receivers: &mut dyn ReceiverQueries<'_>,
     samples: &SampledReceivers,
     chosen: Vec<usize>,
 ) -> Vec<Part> {
+    let setting = receivers.setting();
     let points: Vec<_> = chosen.iter().map(|&i| samples.points[i]).collect();
-    if let Some(subject) = Subject::new(view.light, points) {
+    if let Some(subject) = Subject::new(setting.light, points) {
         return vec![Part {
             subject,
             region: Region::EVERYWHERE,
@@ -47,7 +50,7 @@ pub fn parts_of_receivers(
         }];
     }
     let mut parts = Vec::new();
-    for Fitted { projection, region } in faces(view) {
+    for Layer { projection, region } in faces(setting) {
         let is_inside = |&i: &usize| region.contains(samples.points[i]);
         let own: Vec<_> = chosen.iter().copied().filter(is_inside).collect();
         let points: Vec<_> = own.iter().map(|&i| samples.points[i]).collect();
@@ -57,15 +60,15 @@ pub fn parts_of_receivers(
                 region,
                 samples: own,
             }),
-            None => view.skip_layer(),
+            None => receivers.skip_layer(),
         }
     }
     parts
 }
 
-fn parts_of_frustum(view: &View) -> Vec<Part> {
-    let corners = visible_part(view.camera, view.scene.bounds());
-    if let Some(subject) = Subject::new(view.light, corners) {
+fn parts_of_frustum(setting: Setting) -> Vec<Part> {
+    let corners = visible_part(setting.camera, setting.scene.bounds());
+    if let Some(subject) = Subject::new(setting.light, corners) {
         return vec![Part {
             subject,
             region: Region::EVERYWHERE,
@@ -73,9 +76,9 @@ fn parts_of_frustum(view: &View) -> Vec<Part> {
         }];
     }
     // Each face as it is.
-    let whole = faces(view)
+    let whole = faces(setting)
         .into_iter()
-        .filter_map(|Fitted { projection, region }| {
+        .filter_map(|Layer { projection, region }| {
             let Projection {
                 origin,
                 x_axis,
@@ -96,26 +99,28 @@ fn parts_of_frustum(view: &View) -> Vec<Part> {
 }
 
 /// The light's own layers, each over the box of what the map must hold, on texels that hold still while
-/// that moves. Submits what was recorded so far.
+/// that moves.
 pub fn still_layers(
-    view: &mut View,
-    resolution: u32,
-    parameters: FitParameters,
-) -> Result<Vec<Fitted>> {
-    let layers = layers_of_light(view);
-    let points = match parameters.fit {
-        Fit::Receivers => {
-            let samples = view.sampled_receivers(parameters.sample_resolution)?;
+    receivers: &mut dyn ReceiverQueries<'_>,
+    extent: Extent,
+    sample_resolution: u32,
+    size: MapSize,
+) -> Result<Vec<Layer>> {
+    let setting = receivers.setting();
+    let layers = layers_of_light(setting);
+    let points = match extent {
+        Extent::Receivers => {
+            let samples = receivers.samples(sample_resolution)?;
             let facing = samples.facing_the_light().into_iter();
             Some(facing.map(|i| samples.points[i]).collect::<Vec<_>>())
         }
         // The frustum may cross a layer around a light and have no corner in it.
-        Fit::Frustum if view.light.position().is_some() => None,
-        Fit::Frustum => Some(visible_part(view.camera, view.scene.bounds())),
+        Extent::Frustum if setting.light.position().is_some() => None,
+        Extent::Frustum => Some(visible_part(setting.camera, setting.scene.bounds())),
     };
-    let corners = |layer: &Fitted| {
+    let corners = |layer: &Layer| {
         // Depths are those of the scene: a receiver may lie behind all samples.
-        let (low, high) = whole_layer(view, &layer.projection);
+        let (low, high) = whole_layer(setting, &layer.projection);
         let Some(points) = &points else {
             return Some((low, high));
         };
@@ -125,34 +130,40 @@ pub fn still_layers(
         if first.x > last.x {
             return None;
         }
-        let room = parameters.margin * 0.5 * (last - first).truncate();
+        let room = size.margin * 0.5 * (last - first).truncate();
         Some((
             (first.truncate() - room).extend(low.z),
             (last.truncate() + room).extend(high.z),
         ))
     };
     let boxes = layers.iter().map(corners).collect();
-    Ok(boxed_layers(view, layers, boxes, Cut::Snapped, resolution))
+    Ok(boxed_layers(
+        receivers,
+        layers,
+        boxes,
+        Cut::Snapped,
+        size.resolution,
+    ))
 }
 
-fn faces(view: &View) -> Vec<Fitted> {
-    let position = view.light.position();
+fn faces(setting: Setting) -> Vec<Layer> {
+    let position = setting.light.position();
     position.map_or_else(Vec::new, |position| {
-        cube_faces(position, view.scene.bounds())
+        cube_faces(position, setting.scene.bounds())
     })
 }
 
 /// The projection of a light matrix.
 pub fn projection(
-    view: &View,
+    setting: Setting,
     subject: &Subject,
     matrix: &LightMatrix,
     resolution: u32,
 ) -> Projection {
-    let rows = subject.rays.world_rows(matrix);
-    let bounds = view.scene.bounds();
+    let rows = subject.rays.world_rows(matrix.rows());
+    let bounds = setting.scene.bounds();
     let centre = DVec2::splat(0.5 * f64::from(resolution));
-    if let Some(position) = view.light.position() {
+    if let Some(position) = setting.light.position() {
         // The optical axis is the third axis, and the rest is in the other two.
         let [x_axis, y_axis, z_axis] = rows.map(DVec4::truncate);
         let length = z_axis.length();
@@ -168,7 +179,7 @@ pub fn projection(
     }
     let direction = subject.rays.light().truncate();
     // Around the eye float32 resolves what the camera sees best.
-    let axes = axes_at(view.camera.eye, direction);
+    let axes = axes_at(setting.camera.eye, direction);
     let columns = [axes.x_axis, axes.y_axis]
         .map(|axis| DVec3::from(rows.map(|row| row.truncate().dot(axis))));
     let constant = DVec3::from(rows.map(|row| row.dot(axes.origin.extend(1.0))));
@@ -193,33 +204,191 @@ pub fn projection(
     }
 }
 
-/// The layers of a method that fits a light matrix to each part, by no more than focusing where `fit`
-/// finds none. Submits what was recorded so far.
-pub fn fitted_layers(
-    view: &mut View,
+/// A layer for each part that has a light matrix.
+pub fn matrix_layers(
+    setting: Setting,
+    parts: Vec<Part>,
     resolution: u32,
-    parameters: FitParameters,
-    fit: impl Fn(&Subject, MapSize) -> Option<LightMatrix>,
-) -> Result<Vec<Fitted>> {
-    let parts = match parameters.fit {
-        Fit::Frustum => parts_of_frustum(view),
-        Fit::Receivers => {
-            let samples = view.sampled_receivers(parameters.sample_resolution)?;
-            parts_of_receivers(view, &samples, samples.facing_the_light())
+    mut matrix: impl FnMut(&Part) -> Option<LightMatrix>,
+) -> Vec<Layer> {
+    let layers = parts.into_iter().filter_map(|part| {
+        let matrix = matrix(&part)?;
+        Some(Layer {
+            projection: projection(setting, &part.subject, &matrix, resolution),
+            region: part.region,
+        })
+    });
+    layers.collect()
+}
+
+/// The layers of a method that fits a light matrix to each part, by no more than focusing where `fit`
+/// finds none.
+pub fn fit_light_matrices(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    extent: Extent,
+    sample_resolution: u32,
+    size: MapSize,
+    fit: impl Fn(&Subject) -> Option<LightMatrix>,
+) -> Result<Vec<Layer>> {
+    let setting = receivers.setting();
+    let parts = match extent {
+        Extent::Frustum => parts_of_frustum(setting),
+        Extent::Receivers => {
+            let samples = receivers.samples(sample_resolution)?;
+            parts_of_receivers(receivers, &samples, samples.facing_the_light())
         }
     };
-    let size = MapSize {
-        texels: f64::from(resolution),
-        margin: parameters.margin,
-    };
-    let layers = parts.into_iter().filter_map(
-        |Part {
-             subject, region, ..
-         }| {
-            let matrix = fit(&subject, size).or_else(|| focused(&subject, size))?;
-            let projection = projection(view, &subject, &matrix, resolution);
-            Some(Fitted { projection, region })
-        },
-    );
-    Ok(layers.collect())
+    Ok(matrix_layers(setting, parts, size.resolution, |part| {
+        fit(&part.subject).or_else(|| focused(&part.subject, size))
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use crate::fits::fixtures::SIZE;
+    use crate::fits::light_rays::Sample;
+    use crate::fits::lispsm::light_space_perspective;
+    use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
+    use crate::fits::psm::perspective;
+    use crate::light::Light;
+    use glam::DMat4;
+    use std::f64::consts::FRAC_PI_6;
+
+    fn camera() -> Camera {
+        let pose =
+            DMat4::from_translation(DVec3::new(1.0, 1.7, 2.0)) * DMat4::from_rotation_x(-0.25);
+        let centre = DVec2::splat(90.0);
+        Camera::new(pose, DVec2::splat(150.0), centre, (180, 180), (0.1, 60.0)).unwrap()
+    }
+
+    fn floor(camera: &Camera) -> Vec<DVec3> {
+        let pixels = (0..180)
+            .step_by(3)
+            .flat_map(|y| (0..180).step_by(5).map(move |x| (x, y)));
+        let rays = pixels.map(|(x, y)| camera.ray_from_pixel(x, y));
+        rays.filter(|ray| ray.y < -0.03)
+            .map(|ray| camera.eye - ray * (camera.eye.y / ray.y))
+            .collect()
+    }
+
+    fn lights() -> Vec<Light> {
+        let mut lights = Vec::new();
+        for height in [-0.1, -0.5, -1.0, -4.0] {
+            for turn in 0..12 {
+                let (sin, cos) = (0.1 + f64::from(turn) * FRAC_PI_6).sin_cos();
+                lights.push(Light::directional(DVec3::new(sin, height, cos)).unwrap());
+            }
+        }
+        // So high that it has all of the floor in front.
+        lights.push(Light::point(DVec3::new(5.0, 80.0, -20.0)).unwrap());
+        lights
+    }
+
+    fn samples(subject: &Subject, camera: &Camera) -> Vec<Sample> {
+        let points = subject.points.iter();
+        points
+            .map(|&point| Sample::new(&subject.rays, camera, point, DVec3::Y))
+            .collect()
+    }
+
+    #[test]
+    fn every_formula_holds_its_points() {
+        let camera = camera();
+        let body = visible_part(&camera, (DVec3::splat(-50.0), DVec3::splat(50.0)));
+        for light in lights() {
+            for points in [floor(&camera), body.clone()] {
+                let Some(subject) = Subject::new(&light, points) else {
+                    continue;
+                };
+                let fits = [
+                    focused(&subject, SIZE),
+                    light_space_perspective(&subject, &camera, SIZE),
+                    perspective(&subject, &camera, SIZE),
+                ];
+                for (i, matrix) in fits.into_iter().enumerate() {
+                    let matrix = matrix.unwrap_or_else(|| panic!("{i} {light:?}"));
+                    for point in &subject.points {
+                        let place = matrix.place(subject.rays.ray_from_point(*point));
+                        assert!(place.abs().max_element() <= 200.0, "{i} {place}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn perspectives_serve_a_floor_better_than_none() {
+        let camera = camera();
+        let mut sums = [0.0; 3];
+        for light in lights() {
+            let subject = Subject::new(&light, floor(&camera)).unwrap();
+            let samples = samples(&subject, &camera);
+            let fits = [
+                focused(&subject, SIZE),
+                light_space_perspective(&subject, &camera, SIZE),
+                perspective(&subject, &camera, SIZE),
+            ];
+            for (sum, fit) in sums.iter_mut().zip(fits) {
+                *sum += fit.unwrap().h(&samples).ln() / lights().len() as f64;
+            }
+        }
+        assert!(
+            sums[1] < sums[0] - 0.5 && sums[2] < sums[0] - 0.5,
+            "{sums:?}"
+        );
+    }
+
+    #[test]
+    fn texels_of_the_optimal_plane_are_pixels() {
+        let camera = camera();
+        for light in lights() {
+            let subject = Subject::new(&light, floor(&camera)).unwrap();
+            let normals = vec![DVec3::Y; subject.points.len()];
+            let plane = dominant_plane(&subject.points, &normals).unwrap();
+            let matrix = plane_optimal(&subject, &camera, plane, Extent::Receivers, SIZE).unwrap();
+            let badness: Vec<_> = samples(&subject, &camera)
+                .iter()
+                .map(|sample| matrix.badness(sample))
+                .collect();
+            for value in &badness {
+                assert!(
+                    (value / badness[0] - 1.0).abs() < 1e-6,
+                    "{value} {}",
+                    badness[0]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_plane_of_most_points_is_found() {
+        let mut points = floor(&camera());
+        let mut normals = vec![DVec3::Y; points.len()];
+        for i in 0..points.len() / 3 {
+            points.insert(i * 2, DVec3::new(i as f64 * 0.01, 3.0, -4.0));
+            normals.insert(i * 2, DVec3::Z);
+        }
+        let plane = dominant_plane(&points, &normals).unwrap();
+        assert!((plane / plane.y - DVec4::Y).length() < 1e-9, "{plane}");
+    }
+
+    #[test]
+    fn degenerate_subjects_have_no_fit() {
+        let directional = Light::directional(DVec3::NEG_Y).unwrap();
+        assert_eq!(Subject::new(&directional, vec![]), None);
+        let point = Light::point(DVec3::ZERO).unwrap();
+        assert_eq!(Subject::new(&point, vec![DVec3::X, DVec3::NEG_X]), None);
+        let camera = camera();
+        let along = Light::directional(camera.forward).unwrap();
+        let subject = Subject::new(&along, floor(&camera)).unwrap();
+        assert_eq!(light_space_perspective(&subject, &camera, SIZE), None);
+        let grazing = Light::directional(DVec3::X).unwrap();
+        let subject = Subject::new(&grazing, floor(&camera)).unwrap();
+        assert_eq!(
+            plane_optimal(&subject, &camera, DVec4::Y, Extent::Frustum, SIZE),
+            None
+        );
+    }
 }

@@ -1,10 +1,30 @@
-//! Fits: from receivers to the layers of a shadow map.
+//! Fits: from receivers to the layers of a shadow map, in float64. A fit knows no method and no engine: it asks about
+//! the receivers through [`receivers::ReceiverQueries`], and takes numbers.
 
 pub mod boxes;
+pub mod cascades;
 pub mod central;
-pub mod light_fits;
+pub mod cube;
+pub mod dual_paraboloid;
+#[cfg(test)]
+mod fixtures;
+pub mod focused;
+pub mod hull;
+pub mod improved_paraboloid;
+pub mod layer;
 pub mod light_matrix;
+pub mod light_rays;
+pub mod lispsm;
 pub mod matrix_layers;
+pub mod optimizer;
 pub mod parallel;
+pub mod plane_optimal;
+pub mod psm;
+pub mod receivers;
 pub mod rotation;
+pub mod samples;
+pub mod scene_optimized;
 pub mod snapping;
+pub mod spot;
+pub mod subject;
+pub mod uniform;

@@ -12,6 +12,7 @@ pub mod scene_tables;
 pub mod shader_struct;
 pub mod shaders;
 mod tables;
+pub mod view;
 
 pub use adapters::{AdapterDescription, adapters};
 pub use device::{Gpu, gpu};

@@ -13,30 +13,12 @@
 //! Limits: each layer has `resolution` texels along its sides, and is drawn on its own. The faces of a
 //! cube around a point are not split.
 
-use super::parameters::{SAMPLE_RESOLUTION, SNAP};
-use super::schema::{Choices, FRACTION, Groups, Rule, count, number, word};
-use super::view::SampledReceivers;
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{MapParameters, SAMPLE_RESOLUTION, SNAP};
+use super::schema::{Choices, FRACTION, Groups, Parameters, Rule, count, number, word};
 use crate::error::Result;
-use crate::fits::boxes::{Cut, cut_layers, layers_of_light};
-use crate::fits::snapping::stepped;
-use crate::frustum::visible_part;
-use crate::region::{HalfSpace, Region};
-
-/// Where the view is cut.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Splits {
-    /// Slabs of one thickness, between the camera's planes.
-    Uniform,
-    /// Each slab so many times as far as the one before, between the camera's planes.
-    Logarithmic,
-    /// Between the two.
-    Practical,
-    /// Logarithmic, between the nearest and the farthest receiver that faces the light.
-    Receivers,
-    /// As many receivers in each.
-    Quantiles,
-}
+use crate::fits::cascades::{Slabs, Splits, fit_cascades};
+use crate::gpu::view::{Recorded, View};
 
 const SPLITS: Choices<Splits> = &[
     ("receivers", Splits::Receivers),
@@ -91,90 +73,14 @@ impl ShadowMethod for Cascades {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let depths = self.split_depths(view)?;
-        let layers = slabs(view, &depths);
-        let fitted = cut_layers(
-            view,
-            layers,
-            Cut::to_receivers(self.snaps),
-            self.map.resolution,
-        )?;
-        view.shadows(&self.map, fitted)
-    }
-}
-
-impl Cascades {
-    /// Depths along the viewing direction between one slab and the next, ascending. Submits what was
-    /// recorded so far where the receivers are asked.
-    fn split_depths(&self, view: &mut View) -> Result<Vec<f64>> {
-        let shares = (1..self.layers).map(|i| f64::from(i) / f64::from(self.layers));
-        if matches!(self.splits, Splits::Receivers | Splits::Quantiles) {
-            let samples = view.sampled_receivers(self.sample_resolution)?;
-            let depths = depths_of(&samples);
-            let (Some(near), Some(far)) = (depths.first(), depths.last()) else {
-                return Ok(vec![]);
-            };
-            // Slabs that grow in steps.
-            let held = |depth: f64| if self.snaps { stepped(depth) } else { depth };
-            let quantile = |share: f64| held(depths[(share * depths.len() as f64) as usize]);
-            return Ok(if self.splits == Splits::Quantiles {
-                shares.map(quantile).collect()
-            } else {
-                shares
-                    .map(|share| logarithmic(held(*near), held(*far), share))
-                    .collect()
-            });
-        }
-        let camera = view.camera;
-        let corners = visible_part(camera, view.scene.bounds());
-        let depths = corners
-            .iter()
-            .map(|c| (*c - camera.eye).dot(camera.forward));
-        let (near, far) = (camera.znear, depths.fold(camera.znear, f64::max));
-        let weight = match self.splits {
-            Splits::Uniform => 0.0,
-            Splits::Logarithmic => 1.0,
-            _ => self.weight,
+        let slabs = Slabs {
+            count: self.layers,
+            splits: self.splits,
+            weight: self.weight,
+            sample_resolution: self.sample_resolution,
+            snaps: self.snaps,
         };
-        // Zhang et al., section 3.3.
-        let depth = |share: f64| {
-            let uniform = near + (far - near) * share;
-            weight * logarithmic(near, far, share) + (1.0 - weight) * uniform
-        };
-        Ok(shares.map(depth).collect())
+        let layers = fit_cascades(view, slabs, self.map.resolution)?;
+        view.shadows(self.map.settings(), layers)
     }
-}
-
-fn logarithmic(near: f64, far: f64, share: f64) -> f64 {
-    near * (far / near).powf(share)
-}
-
-/// Depths of the samples that face the light, ascending.
-fn depths_of(samples: &SampledReceivers) -> Vec<f64> {
-    let facing = samples.facing_the_light().into_iter();
-    let mut depths: Vec<_> = facing.map(|i| samples.depths[i]).collect();
-    depths.sort_unstable_by(f64::total_cmp);
-    depths
-}
-
-/// The axes of a layer for each slab; the first and the last have no end.
-fn slabs(view: &View, depths: &[f64]) -> Vec<Fitted> {
-    let layers = layers_of_light(view);
-    let [layer] = &layers[..] else {
-        return layers;
-    };
-    let camera = view.camera;
-    let plane = |depth: f64, normal| HalfSpace {
-        origin: camera.eye + camera.forward * depth,
-        normal,
-    };
-    let slab = |i: usize| {
-        let near = i.checked_sub(1).map(|i| plane(depths[i], camera.forward));
-        let far = depths.get(i).map(|depth| plane(*depth, -camera.forward));
-        Fitted {
-            region: Region::new(near.into_iter().chain(far).collect()),
-            projection: layer.projection.clone(),
-        }
-    };
-    (0..=depths.len()).map(slab).collect()
 }

@@ -5,25 +5,27 @@
 //! Chris Brennan's and NVIDIA's cube shadow maps, as in Navrátil's thesis, section 3.3.1.
 //!
 //! Parameters: those of every map, for each face, and `cut`: `receivers` or `face`, `snap`, and `turned`:
-//! whether the cube's axes lie across the scene's edges, not along the world's.
+//! whether the cube is rotated off the scene's edges, or its axes are the world's.
 //!
 //! Limits: up to six passes over the casters; texels at the corners of a face cover a fifth of the solid
 //! angle of those in its middle.
 
-use super::parameters::{SNAP, cut_from};
-use super::schema::{Choices, Groups, Rule, flag, word};
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{MapParameters, SNAP, cut_from, position_of};
+use super::schema::{Choices, Groups, Parameters, Rule, flag, word};
 use crate::error::Result;
-use crate::fits::boxes::{Cut, cut_layers};
-use crate::fits::central::turned_cube_faces;
+use crate::fits::boxes::Cut;
+use crate::fits::cube::fit_cube;
+use crate::fits::layer::Layer;
 use crate::fits::rotation::cube_off_edges;
+use crate::gpu::view::{Recorded, View};
 use glam::DMat3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cube {
     pub map: MapParameters,
     pub cut: Cut,
-    /// Whether its axes lie across the scene's edges, not along the world's.
+    /// Whether it is rotated off the scene's edges; else its axes are the world's.
     pub is_turned: bool,
 }
 
@@ -58,14 +60,13 @@ impl ShadowMethod for Cube {
         } else {
             DMat3::IDENTITY
         };
-        let layers = fit_cube(view, axes, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers)
+        let layers = fit(view, axes, self.cut, self.map.resolution)?;
+        view.shadows(self.map.settings(), layers)
     }
 }
 
-/// The faces that receivers fall in, of a cube along `axes`. Submits what was recorded so far.
-pub fn fit_cube(view: &mut View, axes: DMat3, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
-    let position = view.light_position(Cube::NAME)?;
-    let faces = turned_cube_faces(position, axes, view.scene.bounds());
-    cut_layers(view, faces, cut, resolution)
+/// Of a light with a position, the only one that has a cube.
+pub fn fit(view: &mut View, axes: DMat3, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
+    let position = position_of(view.light, Cube::NAME)?;
+    fit_cube(view, position, axes, cut, resolution)
 }

@@ -10,11 +10,12 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::parameters::SNAP;
-use super::schema::Groups;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{MapParameters, SNAP};
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
-use crate::fits::boxes::Fit;
+use crate::fits::boxes::{Cut, Turn, fit_boxes};
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesiredView {
@@ -39,7 +40,8 @@ impl ShadowMethod for DesiredView {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = Fit::DesiredView.fit(view, self.snaps, self.map.resolution)?;
-        view.shadows(&self.map, layers)
+        let cut = Cut::to_receivers(self.snaps);
+        let layers = fit_boxes(view, Turn::Still, cut, self.map.resolution)?;
+        view.shadows(self.map.settings(), layers)
     }
 }

@@ -10,13 +10,14 @@
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
-use super::parameters::{SNAP, cut_from};
-use super::schema::{Choices, Groups, Rule, word};
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{MapParameters, SNAP, cut_from, position_of};
+use super::schema::{Choices, Groups, Parameters, Rule, word};
 use crate::error::Result;
-use crate::fits::boxes::{Cut, cut_layers};
-use crate::fits::central::hemispheres;
-use glam::DVec3;
+use crate::fits::boxes::Cut;
+use crate::fits::dual_paraboloid::fit_dual_paraboloid;
+use crate::fits::layer::Layer;
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DualParaboloid {
@@ -45,21 +46,13 @@ impl ShadowMethod for DualParaboloid {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fit_dual_paraboloid(view, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers)
+        let layers = fit(view, self.cut, self.map.resolution)?;
+        view.shadows(self.map.settings(), layers)
     }
 }
 
-/// The halves that receivers fall in; the first one looks along the light's axis, or down where it has none.
-/// Submits what was recorded so far.
-pub fn fit_dual_paraboloid(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
-    let position = view.light_position(DualParaboloid::NAME)?;
-    let halves = halves_of_light(view, position);
-    cut_layers(view, halves, cut, resolution)
-}
-
-/// The halves of space around a light's position, along its axis.
-pub fn halves_of_light(view: &View, position: DVec3) -> Vec<Fitted> {
-    let axis = view.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
-    hemispheres(position, axis, view.scene.bounds())
+/// Of a light with a position, the only one that has halves.
+pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
+    let position = position_of(view.light, DualParaboloid::NAME)?;
+    fit_dual_paraboloid(view, position, cut, resolution)
 }

@@ -1,4 +1,4 @@
-//! Exact: an irregular z-buffer. No pixel is wrong, and nothing is kept between frames, so that geometry
+//! Exact: an irregular z-buffer. No pixel is wrong, and nothing is reused between frames, so that geometry
 //! may move.
 //!
 //! A shadow map settles most receivers that are in shadow: the triangle in their texel meets their own
@@ -14,14 +14,16 @@
 //!
 //! Limits: time grows with the casters whose bound holds receivers, whether they shadow them or not.
 
-use super::schema::{Choices, Groups, Rule, count, word};
-use super::{Fitted, Parameters, Plan, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::schema::{Choices, Groups, Parameters, Rule, count, word};
+use super::warps::{non_orthogonal, rectilinear};
 use crate::error::Result;
-use crate::fits::boxes::{Cut, Fit, cut_layers};
-use crate::fits::central::{cone_layer, cube_faces};
+use crate::fits::boxes::fit_straight_boxes;
+use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::{Factors, Importance};
 use crate::gpu::passes::light_grid::{LARGEST_RESOLUTION, TILE};
-use crate::gpu::passes::warp_map::{Axis, CountFit, WarpMap};
+use crate::gpu::passes::warp_map::CountFit;
+use crate::gpu::view::{Recorded, View, WarpedLayer};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
@@ -68,15 +70,15 @@ impl ShadowMethod for Exact {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let mut plans = Vec::new();
-        for fitted in self.fit(view)? {
-            plans.push(match self.warp {
-                Warp::None => Plan::from(fitted),
-                Warp::Rectilinear => rectilinear(view, fitted)?,
-                Warp::NonOrthogonal => non_orthogonal(view, fitted)?,
+        let mut layers = Vec::new();
+        for layer in self.fit(view)? {
+            layers.push(match self.warp {
+                Warp::None => WarpedLayer::from(layer),
+                Warp::Rectilinear => by_distance(view, layer)?,
+                Warp::NonOrthogonal => by_count(view, layer)?,
             });
         }
-        view.listed_shadows(&plans)
+        view.listed_shadows(&layers)
     }
 }
 
@@ -89,81 +91,38 @@ const RTW_BLUR: f64 = 3.0;
 impl Exact {
     /// The desired view's layers, but all of them with straight edges: a cone that is too wide for one
     /// perspective takes faces of a cube.
-    fn fit(&self, view: &mut View) -> Result<Vec<Fitted>> {
-        let mut layers = self.layers(view)?;
+    fn fit(&self, view: &mut View) -> Result<Vec<Layer>> {
+        let layers = fit_straight_boxes(view, FEWEST_TEXELS)?;
         let resolution = self.resolution.unwrap_or_else(|| {
             let receivers = f64::from(view.facing_count()) / layers.len().max(1) as f64;
             let side = ((2.0 * receivers).sqrt() as u32).next_multiple_of(TILE);
             side.clamp(FEWEST_TEXELS, LARGEST_RESOLUTION)
         });
-        for layer in &mut layers {
-            layer.projection = layer.projection.with_resolution(resolution);
-        }
-        Ok(layers)
-    }
-
-    fn layers(&self, view: &mut View) -> Result<Vec<Fitted>> {
-        let scene = view.scene.bounds();
-        if let (Some(position), Some(cone)) = (view.light.position(), view.light.cone())
-            && !cone_layer(position, cone, scene)
-                .projection
-                .kind
-                .has_straight_edges()
-        {
-            return cut_layers(
-                view,
-                cube_faces(position, scene),
-                Cut::Receivers,
-                FEWEST_TEXELS,
-            );
-        }
-        Fit::DesiredView.fit(view, false, FEWEST_TEXELS)
+        let layers = layers.iter();
+        Ok(layers
+            .map(|layer| layer.with_resolution(resolution))
+            .collect())
     }
 }
 
-/// One function along each axis, by the receivers' distance (Rosen).
-fn rectilinear(view: &mut View, fitted: Fitted) -> Result<Plan> {
-    let resolution = fitted.projection.width;
-    let warp = WarpMap::new(view.frame(), 1, CELLS, resolution)?;
-    let factors = Factors {
-        distance: true,
-        ..Factors::default()
-    };
-    let importance = view.importance_map(&fitted, CELLS, Importance::Maximum, factors, None)?;
-    let frame = view.frame();
-    for axis in [Axis::X, Axis::Y] {
-        warp.fit_maxima(frame, axis, resolution, &importance.buffer, RTW_BLUR)?;
-    }
-    warp.finish(frame, resolution);
-    Ok(Plan {
-        fitted,
-        warp: Some(warp),
-        importance: None,
+fn by_distance(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
+    rectilinear(view, layer, CELLS, RTW_BLUR, |view, layer| {
+        let factors = Factors {
+            distance: true,
+            ..Factors::default()
+        };
+        view.importance_map(layer, CELLS, Importance::Maximum, factors, None)
     })
 }
 
-/// A function for each row and each column, by the number of receivers (Milet et al.).
-fn non_orthogonal(view: &mut View, fitted: Fitted) -> Result<Plan> {
-    let resolution = fitted.projection.width;
-    let warp = WarpMap::new(view.frame(), CELLS, CELLS, resolution)?;
+fn by_count(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
     let fit = CountFit {
         smoothing: f64::from(CELLS) / 16.0,
         exponent: 1.0,
         even_share: 0.0,
     };
-    for axis in [Axis::X, Axis::Y] {
-        let counted = Importance::Count {
-            along: axis,
-            unit: 1.0,
-        };
-        let factors = Factors::default();
-        let counts = view.importance_map(&fitted, CELLS, counted, factors, Some(&warp))?;
-        warp.fit_counts(view.frame(), axis, resolution, &counts.buffer, fit)?;
-    }
-    warp.finish(view.frame(), resolution);
-    Ok(Plan {
-        fitted,
-        warp: Some(warp),
-        importance: None,
+    non_orthogonal(view, layer, [CELLS; 2], fit, |view, layer, along, warp| {
+        let counted = Importance::Count { along, unit: 1.0 };
+        view.importance_map(layer, CELLS, counted, Factors::default(), Some(warp))
     })
 }

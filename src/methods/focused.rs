@@ -9,12 +9,13 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::parameters::{FitParameters, SNAP};
-use super::schema::Groups;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{FitParameters, MapParameters, SNAP};
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
-use crate::fits::light_fits::focused;
-use crate::fits::matrix_layers::{fitted_layers, still_layers};
+use crate::fits::focused::focused;
+use crate::fits::matrix_layers::{fit_light_matrices, still_layers};
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Focused {
@@ -45,12 +46,15 @@ impl ShadowMethod for Focused {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let resolution = self.map.resolution;
+        let size = self.fit.size(self.map.resolution);
+        let (extent, samples) = (self.fit.extent, self.fit.sample_resolution);
         let layers = if self.snaps {
-            still_layers(view, resolution, self.fit)?
+            still_layers(view, extent, samples, size)?
         } else {
-            fitted_layers(view, resolution, self.fit, focused)?
+            fit_light_matrices(view, extent, samples, size, |subject| {
+                focused(subject, size)
+            })?
         };
-        view.shadows(&self.map, layers)
+        view.shadows(self.map.settings(), layers)
     }
 }

@@ -4,21 +4,20 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
+use super::fit::FITS;
 use super::parameters::SNAP;
 use super::schema::{
-    Array, Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, OldMap, Parameter, Rule, Value, count,
-    number, parameter, word,
+    Array, Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, OldMap, Parameter, Parameters, Rule,
+    Value, count, number, parameter, word,
 };
-use super::view::Analysed;
-use super::{MapParameters, Parameters, View};
 use crate::error::{Error, Result, ensure_value};
-use crate::fits::boxes::Fit;
+use crate::fits::layer::Layer;
 use crate::gpu::passes::blend_importance::{OldImportance, blend_importance};
 use crate::gpu::passes::boundary::BoundaryWeights;
 use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
 use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::{MAX_CELLS, WarpMap};
-use crate::methods::view::Fitted;
+use crate::gpu::view::{Analysed, MapSettings, View};
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -39,36 +38,6 @@ pub const DIRECTIONS: Choices<Direction> = &[
     ("forward", Direction::Forward),
     ("hybrid", Direction::Hybrid),
 ];
-
-/// The maps that are warped.
-const FITS: Choices<Fit> = &[
-    ("desired_view", Fit::DesiredView),
-    ("min_sm", Fit::MinSm),
-    ("principal_axes", Fit::PrincipalAxes),
-    ("lispsm", Fit::LightSpacePerspective),
-    ("scene_optimized", Fit::SceneOptimized),
-    ("cube", Fit::Cube),
-    ("dual_paraboloid", Fit::DualParaboloid),
-    ("improved_paraboloid", Fit::ImprovedParaboloid),
-    ("spot", Fit::Spot),
-];
-
-/// The map that is warped, and whether its texels hold still while the receivers move, which those of a map
-/// that turns with them cannot.
-pub fn fit_from(parameters: &Parameters) -> Result<(Fit, bool)> {
-    let (fit, snaps): (_, bool) = (parameters.choice("fit", FITS), parameters.get("snap"));
-    let holds_still = matches!(
-        fit,
-        Fit::DesiredView | Fit::Cube | Fit::DualParaboloid | Fit::Spot
-    );
-    ensure_value!(
-        holds_still || !snaps,
-        "snap must come with one of the fits 'desired_view', 'cube', 'dual_paraboloid', 'spot', whose maps \
-         do not turn with the receivers, got '{}'",
-        parameters.get::<Cow<str>>("fit")
-    );
-    Ok((fit, snaps))
-}
 
 /// The factors and their parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,7 +142,7 @@ impl Analysis {
     pub fn blend(
         &self,
         view: &mut View,
-        layer: &Fitted,
+        layer: &Layer,
         map: &ImportanceMap,
         warp: Option<&WarpMap>,
     ) -> Result<()> {
@@ -218,12 +187,7 @@ impl Analysis {
     }
 
     /// Uploads and first passes, once for all layers.
-    pub fn prepare(
-        &self,
-        view: &mut View,
-        map: &MapParameters,
-        layers: &[Fitted],
-    ) -> Result<Prepared> {
+    pub fn prepare(&self, view: &mut View, map: MapSettings, layers: &[Layer]) -> Result<Prepared> {
         let camera = view.camera;
         if let Some(weights) = &self.pixel_weights {
             let (rows, columns) = (camera.height as usize, camera.width as usize);
@@ -246,7 +210,7 @@ impl Analysis {
             let small = layers
                 .iter()
                 .map(|layer| layer.with_resolution(self.resolution));
-            let plain = view.shadows(&map.without_filter(), small)?;
+            let plain = view.shadows(map.without_filter(), small)?;
             boundary = Some(view.boundary(&plain.visibility, self.boundary_weight)?);
         }
         Ok(Prepared {
@@ -260,7 +224,7 @@ impl Analysis {
     pub fn look(
         &self,
         view: &mut View,
-        layer: &Fitted,
+        layer: &Layer,
         direction: Direction,
     ) -> Result<Option<Analysed>> {
         if direction == Direction::Backward {

@@ -10,12 +10,14 @@
 //! Limits: the more the light shines along the view the less there is to gain; along it the map is
 //! the focused one.
 
-use super::parameters::FitParameters;
-use super::schema::Groups;
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View, default_method};
+use super::method::{ShadowMethod, default_method};
+use super::parameters::{FitParameters, MapParameters};
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
-use crate::fits::light_fits::light_space_perspective;
-use crate::fits::matrix_layers::fitted_layers;
+use crate::fits::layer::Layer;
+use crate::fits::lispsm::light_space_perspective;
+use crate::fits::matrix_layers::fit_light_matrices;
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightSpacePerspective {
@@ -40,7 +42,7 @@ impl ShadowMethod for LightSpacePerspective {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = self.fit(view)?;
-        view.shadows(&self.map, layers)
+        view.shadows(self.map.settings(), layers)
     }
 }
 
@@ -54,10 +56,15 @@ impl LightSpacePerspective {
         }
     }
 
-    /// The layers; none where nothing faces the light. Submits what was recorded so far.
-    pub fn fit(&self, view: &mut View) -> Result<Vec<Fitted>> {
-        let camera = view.camera;
-        fitted_layers(view, self.map.resolution, self.fit, |subject, size| {
+    /// The layers; none where nothing faces the light.
+    pub fn fit(&self, view: &mut View) -> Result<Vec<Layer>> {
+        let (camera, size) = (view.camera, self.fit.size(self.map.resolution));
+        let FitParameters {
+            extent,
+            sample_resolution,
+            ..
+        } = self.fit;
+        fit_light_matrices(view, extent, sample_resolution, size, |subject| {
             light_space_perspective(subject, camera, size)
         })
     }

@@ -11,10 +11,12 @@
 //!
 //! Limits: where the receivers' box is hardly smaller for being turned, little is won.
 
-use super::schema::Groups;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::MapParameters;
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
-use crate::fits::boxes::Fit;
+use crate::fits::boxes::{Cut, Turn, fit_boxes};
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimalShadowMap {
@@ -35,7 +37,8 @@ impl ShadowMethod for MinimalShadowMap {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = Fit::MinSm.fit(view, false, self.map.resolution)?;
-        view.shadows(&self.map, layers)
+        let turn = Turn::SmallestRectangle;
+        let layers = fit_boxes(view, turn, Cut::Receivers, self.map.resolution)?;
+        view.shadows(self.map.settings(), layers)
     }
 }

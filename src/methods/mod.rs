@@ -4,14 +4,16 @@
 //! passes. CONTRIBUTING.md has the recipe for another one.
 
 mod cascades;
-pub mod cube;
+mod cube;
 mod desired_view;
-pub mod dual_paraboloid;
+mod dual_paraboloid;
 mod exact;
+mod fit;
 mod focused;
 mod importance;
-pub mod improved_paraboloid;
-pub mod lispsm;
+mod improved_paraboloid;
+mod lispsm;
+pub mod method;
 mod min_sm;
 mod notw;
 pub mod parameters;
@@ -22,46 +24,14 @@ mod rtw;
 pub mod scene_optimized;
 pub mod schema;
 mod shadow_volumes;
-pub mod spot;
+mod spot;
 mod uniform;
-pub mod view;
-
-pub use parameters::MapParameters;
-pub use schema::Parameters;
-pub use uniform::fit_uniform;
-pub use view::{Fitted, Layer, Plan, Recorded, Stats, View};
+mod warps;
 
 use crate::error::{Error, Result};
-use schema::{Groups, Schema};
-
-/// A shadow method with its parameters.
-pub trait ShadowMethod: Sized {
-    /// Name in Python, `lixel.render_shadows(..., method=NAME)`.
-    const NAME: &'static str;
-    /// Title for tables and plots.
-    const TITLE: &'static str;
-    /// Where it comes from.
-    const CITATION: &'static str;
-
-    const PARAMETERS: Groups;
-
-    /// The values obey their rules; errors are of rules between parameters.
-    fn from_parameters(parameters: &Parameters) -> Result<Self>;
-
-    /// Records the method's passes.
-    fn record(&self, view: &mut View) -> Result<Recorded>;
-}
-
-/// The parameters of a method.
-fn schema_of<M: ShadowMethod>() -> Schema {
-    let (name, groups) = (M::NAME, M::PARAMETERS);
-    Schema { name, groups }
-}
-
-/// The method with the default of every parameter.
-fn default_method<M: ShadowMethod>() -> M {
-    M::from_parameters(&schema_of::<M>().defaults()).expect("defaults agree with each other")
-}
+use crate::gpu::view::{Recorded, View};
+use method::{Description, ShadowMethod, schema_of};
+use schema::{Parameters, Schema};
 
 macro_rules! methods {
     ($($variant:ident = $type:path,)+) => {
@@ -128,12 +98,4 @@ methods! {
     RayTraced = ray_traced::RayTraced,
     Exact = exact::Exact,
     ShadowVolumes = shadow_volumes::ShadowVolumes,
-}
-
-/// What a user can ask about a method.
-pub struct Description {
-    pub title: &'static str,
-    pub citation: &'static str,
-    /// Name and parameters.
-    pub schema: Schema,
 }

@@ -20,14 +20,18 @@
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
-use super::importance::{Analysis, Direction, fit_from};
-use super::schema::{FRACTION, Groups, NON_NEGATIVE, Rule, count, number, word};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, View};
+use super::fit::{Fit, fit_from};
+use super::importance::{Analysis, Direction};
+use super::method::ShadowMethod;
+use super::parameters::MapParameters;
+use super::schema::{FRACTION, Groups, NON_NEGATIVE, Parameters, Rule, count, number, word};
+use super::warps::non_orthogonal;
 use crate::error::{Result, ensure_value};
-use crate::fits::boxes::Fit;
+use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::Importance;
 use crate::gpu::passes::rasterize::{Rasterization, max_bands};
 use crate::gpu::passes::warp_map::{Axis, CountFit, MAX_CELLS, WarpMap};
+use crate::gpu::view::{Recorded, View};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
 const FUNCTION_COUNT: u32 = 16;
@@ -110,11 +114,9 @@ impl ShadowMethod for NonOrthogonalWarp {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let resolution = self.map.resolution;
-        let cells = self.importance_resolution;
-        let mut plans = Vec::new();
-        let layers = self.fit.fit(view, self.snaps, resolution)?;
-        let prepared = self.analysis.prepare(view, &self.map, &layers)?;
+        let (map, cells) = (self.map.settings(), self.importance_resolution);
+        let layers = self.fit.fit(view, self.snaps, self.map.resolution)?;
+        let prepared = self.analysis.prepare(view, map, &layers)?;
         let unit = self.analysis.count_unit(view.camera.pixel_count());
         // Counts are of receivers; shadow edges are seen from the light.
         let direction = if self.analysis.shadow_edge {
@@ -122,27 +124,26 @@ impl ShadowMethod for NonOrthogonalWarp {
         } else {
             Direction::Backward
         };
-        for fitted in layers {
-            let analysed = self.analysis.look(view, &fitted, direction)?;
+        let mut warped = Vec::new();
+        for layer in layers {
+            let analysed = self.analysis.look(view, &layer, direction)?;
             let factors = self.analysis.factors(&prepared, analysed.as_ref());
-            let warp = WarpMap::new(view.frame(), self.function_count, cells, resolution)?;
-            let mut importance = None;
-            for axis in [Axis::X, Axis::Y] {
+            let counts = |view: &mut View, layer: &Layer, axis: Axis, warp: &WarpMap| {
                 let counted = Importance::Count { along: axis, unit };
-                let counts = view.importance_map(&fitted, cells, counted, factors, Some(&warp))?;
-                let along_x = (axis == Axis::Y).then_some(&warp);
-                self.analysis.blend(view, &fitted, &counts, along_x)?;
-                let frame = view.frame();
-                warp.fit_counts(frame, axis, resolution, &counts.buffer, self.fit_of_counts)?;
-                importance.get_or_insert(counts);
-            }
-            warp.finish(view.frame(), resolution);
-            plans.push(Plan {
-                fitted,
-                warp: Some(warp),
-                importance,
-            });
+                let counts = view.importance_map(layer, cells, counted, factors, Some(warp))?;
+                let along_x = (axis == Axis::Y).then_some(warp);
+                self.analysis.blend(view, layer, &counts, along_x)?;
+                Ok(counts)
+            };
+            let functions = [self.function_count, cells];
+            warped.push(non_orthogonal(
+                view,
+                layer,
+                functions,
+                self.fit_of_counts,
+                counts,
+            )?);
         }
-        view.shadows(&self.map, plans)
+        view.shadows(map, warped)
     }
 }

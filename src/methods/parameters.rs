@@ -4,11 +4,15 @@ use super::schema::{
     Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, POSITIVE, POSITIVE_FRACTION, Parameter,
     Parameters, Rule, Schema, Value, count, flag, number, word,
 };
+use crate::error::{Error, Result};
 use crate::fits::boxes::Cut;
-use crate::fits::matrix_layers::Fit;
-use crate::gpu::passes::lookup::{Comparison, DepthBias, Filter};
+use crate::fits::hull::MapSize;
+use crate::fits::matrix_layers::Extent;
+use crate::gpu::passes::bias::{Bias, BiasRule};
+use crate::gpu::passes::lookup::{Comparison, Filter};
 use crate::gpu::passes::rasterize::Rasterization;
-use crate::projection::Projection;
+use crate::gpu::view::MapSettings;
+use crate::light::Light;
 use glam::DVec3;
 
 /// Parameters of every method that has a shadow map.
@@ -23,15 +27,6 @@ pub struct MapParameters {
     pub constant_bias: Option<f64>,
     /// Texels.
     pub slope_bias: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bias {
-    /// The receiver's plane on the texel's ray, less the width of a texel and a bound of the rounding.
-    Auto,
-    Constant,
-    Slope,
-    ReceiverPlane,
 }
 
 const BIASES: Choices<Bias> = &[
@@ -105,51 +100,14 @@ impl MapParameters {
         }
     }
 
-    /// For a first pass that asks where shadows are: each receiver lit or not.
-    pub fn without_filter(&self) -> Self {
-        let mut lookup = self.lookup;
-        lookup.filter = None;
-        Self {
-            lookup,
-            ..self.clone()
-        }
-    }
-
-    /// The bias of a map, whose positions are known to `rounding`.
-    pub fn depth_bias(&self, projection: &Projection, rounding: f64) -> DepthBias {
-        let texel_width = projection.kind.beam_width(projection);
-        let plane = DepthBias {
-            receiver_plane: true,
-            rounding,
-            ..DepthBias::NONE
-        };
-        let fixed = DepthBias {
-            receiver_plane: false,
-            ..plane
-        };
-        match self.bias {
-            // Where triangles meet at an angle, a texel's ray meets the neighbour, off the receiver's
-            // plane by about a texel. Measured over 16 views of 8 scenes: one texel leaves a quarter
-            // of the wrong pixels of none, and no choice from half of one to four leaves fewer than
-            // nine tenths of what one does.
-            Bias::Auto => DepthBias {
-                beam: texel_width,
-                ..plane
-            },
-            Bias::Constant => DepthBias {
-                constant: self.constant_bias.unwrap_or(0.0),
-                beam: self.constant_bias.map_or(texel_width, |_| 0.0),
-                rounding: 0.0,
-                ..fixed
-            },
-            Bias::Slope => DepthBias {
-                constant: self.constant_bias.unwrap_or(0.0),
+    pub fn settings(&self) -> MapSettings {
+        MapSettings {
+            rasterization: self.rasterization,
+            lookup: self.lookup,
+            bias: BiasRule {
+                kind: self.bias,
+                constant: self.constant_bias,
                 slope: self.slope_bias,
-                ..fixed
-            },
-            Bias::ReceiverPlane => DepthBias {
-                constant: self.constant_bias.unwrap_or(0.0),
-                ..plane
             },
         }
     }
@@ -176,27 +134,38 @@ pub fn cut_from(parameters: &Parameters, cuts: Choices<Cut>) -> Cut {
 /// Parameters of the methods that fit a light matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitParameters {
-    pub fit: Fit,
+    pub extent: Extent,
     /// Receivers looked at along the longer side of the image.
     pub sample_resolution: u32,
     /// By how much of its size the map is widened.
     pub margin: f64,
 }
 
-const FITS: Choices<Fit> = &[("receivers", Fit::Receivers), ("frustum", Fit::Frustum)];
+const EXTENTS: Choices<Extent> = &[
+    ("receivers", Extent::Receivers),
+    ("frustum", Extent::Frustum),
+];
 
 impl FitParameters {
     pub const PARAMETERS: &'static [Parameter] = &[
-        word("fit", "receivers", Rule::Choice(&FITS)),
+        word("fit", "receivers", Rule::Choice(&EXTENTS)),
         SAMPLE_RESOLUTION,
         MARGIN,
     ];
 
     pub fn from_parameters(parameters: &Parameters) -> Self {
         Self {
-            fit: parameters.choice("fit", FITS),
+            extent: parameters.choice("fit", EXTENTS),
             sample_resolution: parameters.get("sample_resolution"),
             margin: parameters.get("margin"),
+        }
+    }
+
+    /// What the matrices of a map with that resolution are fitted into.
+    pub fn size(&self, resolution: u32) -> MapSize {
+        MapSize {
+            resolution,
+            margin: self.margin,
         }
     }
 }
@@ -236,11 +205,14 @@ pub const AUTO: Schema = Schema {
     ]],
 };
 
-/// A bound of the error of a float32 position in the light's space: positions are sums of a few
-/// terms, none larger than the distance of the eye and the size of the map's box together.
-pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
-    let scale = (eye - projection.origin).length() + projection.kind.extent(projection);
-    8.0 * f64::from(f32::EPSILON / 2.0) * scale
+/// The light's position; an error where it is at infinity, which the method is not made for.
+pub fn position_of(light: &Light, method: &str) -> Result<DVec3> {
+    light.position().ok_or_else(|| {
+        Error::Value(format!(
+            "method {method:?} needs a light with a position, got a {} light",
+            light.kind()
+        ))
+    })
 }
 
 #[cfg(test)]

@@ -10,12 +10,15 @@
 //! Limits: off the plane texels may be of any size, and what the light moves behind the camera's
 //! plane on its way to that plane has none: it counts as lit.
 
-use super::parameters::FitParameters;
-use super::schema::Groups;
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{FitParameters, MapParameters};
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
-use crate::fits::light_fits::{PlaneFrame, dominant_plane, plane_optimal};
-use crate::fits::matrix_layers::{Fit, fitted_layers};
+use crate::fits::layer::Layer;
+use crate::fits::matrix_layers::fit_light_matrices;
+use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
+use crate::fits::receivers::ReceiverQueries;
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneOptimal {
@@ -39,19 +42,19 @@ impl ShadowMethod for PlaneOptimal {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let camera = view.camera;
-        let samples = view.sampled_receivers(self.fit.sample_resolution)?;
-        let (points, normals) = samples.seen();
+        let (camera, size) = (view.camera, self.fit.size(self.map.resolution));
+        let FitParameters {
+            extent,
+            sample_resolution,
+            ..
+        } = self.fit;
+        let (points, normals) = view.samples(sample_resolution)?.seen();
         let Some(plane) = dominant_plane(&points, &normals) else {
-            return view.shadows(&self.map, Vec::<Fitted>::new());
+            return view.shadows(self.map.settings(), Vec::<Layer>::new());
         };
-        let frame = match self.fit.fit {
-            Fit::Frustum => PlaneFrame::Image,
-            Fit::Receivers => PlaneFrame::Points,
-        };
-        let layers = fitted_layers(view, self.map.resolution, self.fit, |subject, size| {
-            plane_optimal(subject, camera, plane, frame, size)
+        let layers = fit_light_matrices(view, extent, sample_resolution, size, |subject| {
+            plane_optimal(subject, camera, plane, extent, size)
         })?;
-        view.shadows(&self.map, layers)
+        view.shadows(self.map.settings(), layers)
     }
 }

@@ -9,12 +9,13 @@
 //! Limits: a light that shines along the view sees the transformed scene at a grazing angle; the
 //! virtual camera then steps back, and what is left of the perspective may be less than enough.
 
-use super::parameters::FitParameters;
-use super::schema::Groups;
-use super::{MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{FitParameters, MapParameters};
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
-use crate::fits::light_fits::perspective;
-use crate::fits::matrix_layers::fitted_layers;
+use crate::fits::matrix_layers::fit_light_matrices;
+use crate::fits::psm::perspective;
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perspective {
@@ -38,10 +39,11 @@ impl ShadowMethod for Perspective {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let camera = view.camera;
-        let layers = fitted_layers(view, self.map.resolution, self.fit, |subject, size| {
+        let (camera, size) = (view.camera, self.fit.size(self.map.resolution));
+        let (extent, samples) = (self.fit.extent, self.fit.sample_resolution);
+        let layers = fit_light_matrices(view, extent, samples, size, |subject| {
             perspective(subject, camera, size)
         })?;
-        view.shadows(&self.map, layers)
+        view.shadows(self.map.settings(), layers)
     }
 }

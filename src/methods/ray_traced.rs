@@ -12,9 +12,10 @@
 //!
 //! Limits: a moving scene pays for the build in every frame.
 
-use super::schema::{Choices, Groups, Rule, word};
-use super::{Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::schema::{Choices, Groups, Parameters, Rule, word};
 use crate::error::{Error, Result};
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct RayTraced {

@@ -1,7 +1,7 @@
 //! Rectilinear texture warping: one warp for all rows and one for all columns, from importance.
 //!
 //! Each cell of a map of importance takes the greatest importance of the receivers in it; the maxima of
-//! rows and columns, blurred, say how much of the map they get.
+//! rows and columns, blurred, are the shares of the map that they get.
 //!
 //! Paul Rosen. Rectilinear texture warping for fast adaptive shadow mapping. I3D 2012. Forward,
 //! backward and hybrid analysis (section 4.1), the functions of section 5, warp maps of section 4.2, Eq. 1.
@@ -12,13 +12,16 @@
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
-use super::importance::{Analysis, DIRECTIONS, Direction, fit_from};
-use super::schema::{Groups, NON_NEGATIVE, Rule, number, word};
-use super::{MapParameters, Parameters, Plan, Recorded, ShadowMethod, View};
+use super::fit::{Fit, fit_from};
+use super::importance::{Analysis, DIRECTIONS, Direction};
+use super::method::ShadowMethod;
+use super::parameters::MapParameters;
+use super::schema::{Groups, NON_NEGATIVE, Parameters, Rule, number, word};
+use super::warps::rectilinear;
 use crate::error::{Result, ensure_value};
-use crate::fits::boxes::Fit;
+use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::Importance;
-use crate::gpu::passes::warp_map::{Axis, WarpMap};
+use crate::gpu::view::{Recorded, View};
 
 const FUNCTIONS: &[&str] = &[
     "desired_view",
@@ -96,33 +99,25 @@ impl ShadowMethod for RectilinearWarp {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let resolution = self.map.resolution;
-        let cells = self.importance_resolution;
-        let mut plans = Vec::new();
-        let layers = self.fit.fit(view, self.snaps, resolution)?;
-        let prepared = self.analysis.prepare(view, &self.map, &layers)?;
-        for fitted in layers {
-            let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
-            let analysed = self.analysis.look(view, &fitted, self.direction)?;
-            let factors = self.analysis.factors(&prepared, analysed.as_ref());
-            let importance = match (self.direction, &analysed) {
-                (Direction::Forward, Some(analysed)) => {
-                    view.forward_importance(analysed, cells, factors)?
-                }
-                _ => view.importance_map(&fitted, cells, Importance::Maximum, factors, None)?,
+        let (map, cells) = (self.map.settings(), self.importance_resolution);
+        let layers = self.fit.fit(view, self.snaps, self.map.resolution)?;
+        let prepared = self.analysis.prepare(view, map, &layers)?;
+        let mut warped = Vec::new();
+        for layer in layers {
+            let importance = |view: &mut View, layer: &Layer| {
+                let analysed = self.analysis.look(view, layer, self.direction)?;
+                let factors = self.analysis.factors(&prepared, analysed.as_ref());
+                let importance = match (self.direction, &analysed) {
+                    (Direction::Forward, Some(analysed)) => {
+                        view.forward_importance(analysed, cells, factors)?
+                    }
+                    _ => view.importance_map(layer, cells, Importance::Maximum, factors, None)?,
+                };
+                self.analysis.blend(view, layer, &importance, None)?;
+                Ok(importance)
             };
-            self.analysis.blend(view, &fitted, &importance, None)?;
-            let frame = view.frame();
-            for axis in [Axis::X, Axis::Y] {
-                warp.fit_maxima(frame, axis, resolution, &importance.buffer, self.blur)?;
-            }
-            warp.finish(frame, resolution);
-            plans.push(Plan {
-                fitted,
-                warp: Some(warp),
-                importance: Some(importance),
-            });
+            warped.push(rectilinear(view, layer, cells, self.blur, importance)?);
         }
-        view.shadows(&self.map, plans)
+        view.shadows(map, warped)
     }
 }

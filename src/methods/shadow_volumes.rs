@@ -16,9 +16,10 @@
 //! (drawn three times as fine, a fifth to a seventh of them are left); time grows with the area of all
 //! volumes in the image.
 
-use super::schema::Groups;
-use super::{Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::schema::{Groups, Parameters};
 use crate::error::Result;
+use crate::gpu::view::{Recorded, View};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowVolumes;

@@ -8,12 +8,14 @@
 //!
 //! Limits: texels are spread evenly over the plane, not over what the camera sees.
 
-use super::parameters::{SNAP, cut_from};
-use super::schema::{Choices, Groups, Rule, word};
-use super::{Fitted, MapParameters, Parameters, Recorded, ShadowMethod, View};
+use super::method::ShadowMethod;
+use super::parameters::{MapParameters, SNAP, cut_from};
+use super::schema::{Choices, Groups, Parameters, Rule, word};
 use crate::error::{Error, Result};
-use crate::fits::boxes::{Cut, cut_layers};
-use crate::fits::central::cone_layer;
+use crate::fits::boxes::Cut;
+use crate::fits::layer::Layer;
+use crate::fits::spot::fit_spot;
+use crate::gpu::view::{Recorded, View};
 use crate::light::Light;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -43,13 +45,13 @@ impl ShadowMethod for Spot {
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fit_spot(view, self.cut, self.map.resolution)?;
-        view.shadows(&self.map, layers)
+        let layers = fit(view, self.cut, self.map.resolution)?;
+        view.shadows(self.map.settings(), layers)
     }
 }
 
-/// The map along the light's axis. Submits what was recorded so far.
-pub fn fit_spot(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted>> {
+/// Of a spot light.
+pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
     let (Light::Spot { position, .. }, Some(cone)) = (view.light, view.light.cone()) else {
         return Err(Error::Value(format!(
             "method \"{}\" needs a spot light, got a {} light",
@@ -57,6 +59,5 @@ pub fn fit_spot(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Fitted
             view.light.kind()
         )));
     };
-    let layer = cone_layer(*position, cone, view.scene.bounds());
-    cut_layers(view, vec![layer], cut, resolution)
+    fit_spot(view, *position, cone, cut, resolution)
 }

@@ -3,11 +3,11 @@
 use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, check_process, image};
+use crate::aliasing::RenderedLayer;
+use crate::gpu::view::Stats;
 use crate::light::Light;
-use crate::methods::Stats;
 use crate::render::{
-    MAX_TOGETHER, Output, Outputs, Rendered as RenderedFrame, RenderedLayer,
-    render as render_frames,
+    MAX_TOGETHER, Output, Outputs, Rendered as RenderedFrame, render as render_frames,
 };
 use numpy::ndarray::{Array3, Array4};
 use numpy::{PyArray2, PyArray3, PyArray4};

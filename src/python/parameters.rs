@@ -27,7 +27,7 @@ fn schema_of(name: &str) -> Result<Schema, Error> {
 /// Every method with its parameters.
 #[pyfunction]
 pub fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
-    let describe = |method: &crate::methods::Description| {
+    let describe = |method: &crate::methods::method::Description| {
         let description = PyDict::new(py);
         description.set_item("name", method.schema.name)?;
         description.set_item("title", method.title)?;

@@ -25,6 +25,9 @@ ROOT = Path(__file__).parents[2]
 # Options of `cargo test`, or of pytest.
 REFERENCE = ("cargo", "--lib", "reference")
 TURNS = ("cargo", "--lib", "rotation")
+PARABOLOID = ("cargo", "--lib", "fits::improved_paraboloid")
+CASCADES = ("cargo", "--lib", "fits::cascades")
+SAMPLES = ("cargo", "--lib", "fits::scene_optimized")
 BIAS = (
     "pytest", "tests/test_shadow_maps.py", "-k",
     "(never_shadows or acne or slope or spares or no_gap) and (Uniform or DesiredView)",
@@ -74,9 +77,12 @@ IMAGE_TILES = "shaders/image_tiles.wgsl"
 RAY = "shaders/lib/shadow_ray.wgsl"
 CASTERS = "shaders/caster_tests.wgsl"
 TRUTH = "src/reference.rs"
-PARAMETERS = "src/methods/parameters.rs"
+BIASES = "src/gpu/passes/bias.rs"
 SCHEMA = "src/methods/schema.rs"
-ACROSS = "src/fits/rotation.rs"
+ROTATION = "src/fits/rotation.rs"
+ZOOM = "src/fits/improved_paraboloid.rs"
+SPLITS = "src/fits/cascades.rs"
+CHOSEN = "src/fits/scene_optimized.rs"
 
 MUTANTS = (
     Mutant(
@@ -158,7 +164,7 @@ MUTANTS = (
         "step * receivers.receiver_plane, TEXEL_REACH", "vec2<f32>(0.0), TEXEL_REACH", BIAS,
     ),
     Mutant(
-        "bias", "automatic is none", PARAMETERS,
+        "bias", "automatic is none", BIASES,
         "Bias::Auto => DepthBias {\n                beam: texel_width,",
         "Bias::Auto => DepthBias {\n                beam: 0.0 * texel_width,", BIAS,
     ),
@@ -173,9 +179,9 @@ MUTANTS = (
         "number == 0.0", RULES,
     ),
     Mutant(
-        "bias", "a constant one is none by default", PARAMETERS,
-        "self.constant_bias.map_or(texel_width, |_| 0.0)",
-        "self.constant_bias.map_or(0.0 * texel_width, |_| 0.0)", BIAS,
+        "bias", "a constant one is none by default", BIASES,
+        "self.constant.map_or(texel_width, |_| 0.0)",
+        "self.constant.map_or(0.0 * texel_width, |_| 0.0)", BIAS,
     ),
     Mutant(
         "warp inverse", "takes a texel's corner for its centre", TABLES,
@@ -258,24 +264,60 @@ MUTANTS = (
         "depths.x >= projection.z_min && depths.y <= projection.z_max", "true", HIDDEN,
     ),
     Mutant(
-        "turns", "the scene's edges have no say", ACROSS,
+        "turns", "the scene's edges have no say", ROTATION,
         "0.5 * area.ln() + EDGES_WORTH * alignment", "0.5 * area.ln()",
         ("pytest", "tests/test_fits.py"),
     ),
     Mutant(
-        "turns", "a cube lies along the edges", ACROSS,
+        "turns", "a cube lies along the edges", ROTATION,
         "edges.alignment(x, y) + edges.alignment(y, z) + edges.alignment(z, x)",
         "-edges.alignment(x, y) - edges.alignment(y, z) - edges.alignment(z, x)",
         ("pytest", "tests/test_fits.py", "-k", "turned_cube"),
     ),
     Mutant(
-        "turns", "maps lie along the edges", ACROSS,
+        "turns", "maps lie along the edges", ROTATION,
         "0.5 * area.ln() + EDGES_WORTH * alignment", "0.5 * area.ln() - EDGES_WORTH * alignment",
         TURNS,
     ),
     Mutant(
-        "turns", "a paraboloid's axes are the same everywhere", ACROSS,
+        "turns", "a paraboloid's axes are the same everywhere", ROTATION,
         "axis - 2.0 * axis.dot(normal) * normal", "axis - 0.0 * axis.dot(normal) * normal", TURNS,
+    ),
+    Mutant(
+        "improved paraboloid", "the zoom factor is the sine of the field of view", ZOOM,
+        "(0.5 * self.field_of_view).tan()", "self.field_of_view.sin()", PARABOLOID,
+    ),
+    Mutant(
+        "improved paraboloid", "the axis is pulled to a corner", ZOOM,
+        "let sum: DVec3 = border_points.into_iter().sum();",
+        "let sum = border_points.into_iter().sum::<DVec3>() + border_points[7];", PARABOLOID,
+    ),
+    Mutant(
+        "cascades", "uniform splits are logarithmic", SPLITS,
+        "Splits::Uniform => 0.0,", "Splits::Uniform => 1.0,", CASCADES,
+    ),
+    Mutant(
+        "cascades", "logarithmic splits are uniform", SPLITS,
+        "Splits::Logarithmic | Splits::Receivers | Splits::Quantiles => 1.0,",
+        "Splits::Logarithmic | Splits::Receivers | Splits::Quantiles => 0.0,", CASCADES,
+    ),
+    Mutant(
+        "cascades", "quantiles are those of cubes", SPLITS,
+        "(share * depths.len() as f64) as usize",
+        "(share.powi(3) * depths.len() as f64) as usize", CASCADES,
+    ),
+    Mutant(
+        "cascades", "practical splits have no weight", SPLITS,
+        "Splits::Practical => weight,", "Splits::Practical => 0.5,", CASCADES,
+    ),
+    Mutant(
+        "scene optimized", "samples at a boundary are all that face the light", CHOSEN,
+        "SampleChoice::Boundary => at_boundary(),", "SampleChoice::Boundary => true,", SAMPLES,
+    ),
+    Mutant(
+        "scene optimized", "samples at a boundary are all in shadow", CHOSEN,
+        "SampleChoice::Boundary => at_boundary(),",
+        "SampleChoice::Boundary => visibility[i] == 0.0 || at_boundary(),", SAMPLES,
     ),
     Mutant(
         "texels of a tile", "the last column is left out", TILES,

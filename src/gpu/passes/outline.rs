@@ -2,6 +2,7 @@
 
 use super::inputs::Receivers;
 use crate::error::Result;
+use crate::fits::receivers::OutlinePoints;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
 use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::Shader;
@@ -16,15 +17,6 @@ const POINTS: u32 = 8;
 
 /// At most this many columns and rows of `samples`.
 const MAX_SAMPLES: u32 = 128;
-
-/// Which receivers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Points {
-    /// The farthest ones of each tile of the image, in several directions.
-    Extremes,
-    /// Those of a regular grid of pixels.
-    Samples,
-}
 
 shader_struct! {
     pub struct OutlineUniform is Outline in "outline" {
@@ -49,27 +41,27 @@ pub fn outline(
     frame: &mut Frame,
     seen: Receivers,
     projection: &Projection,
-    points: Points,
+    points: OutlinePoints,
 ) -> Result<Read<[f32; 2]>> {
     let (width, height) = (seen.camera.width, seen.camera.height);
     // Rows that an invocation reduces before its workgroup does.
     let rows_per_invocation = frame.gpu.work_per_invocation(8, 16);
     let step = width.max(height).div_ceil(MAX_SAMPLES);
     let (entry_point, columns, rows) = match points {
-        Points::Extremes => (
+        OutlinePoints::Extremes => (
             "extremes",
             width.div_ceil(GROUP),
             height.div_ceil(rows_per_invocation),
         ),
-        Points::Samples => ("samples", width.div_ceil(step), height.div_ceil(step)),
+        OutlinePoints::Samples => ("samples", width.div_ceil(step), height.div_ceil(step)),
     };
     let (count, groups, mut constants) = match points {
-        Points::Extremes => (
+        OutlinePoints::Extremes => (
             columns * rows * POINTS,
             columns,
             vec![("rows_per_invocation", f64::from(rows_per_invocation))],
         ),
-        Points::Samples => (columns * rows, columns.div_ceil(64), vec![]),
+        OutlinePoints::Samples => (columns * rows, columns.div_ceil(64), vec![]),
     };
     let found = frame.storage(LABEL, 8 * u64::from(count))?;
     let uniform = OutlineUniform { columns, step };
@@ -85,7 +77,7 @@ pub fn outline(
     let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
     let mut bindings = seen.bindings(&receivers).to_vec();
     bindings.extend([(1, buffer(&found)), (2, buffer(&projected))]);
-    if points == Points::Samples {
+    if points == OutlinePoints::Samples {
         bindings.push((0, buffer(&uniform)));
     }
     frame.pass(

@@ -1,0 +1,188 @@
+//! Cascades: the view is cut into slabs of depth, each with a map over the box of its receivers.
+//!
+//! Fan Zhang, Hanqiu Sun, Leilei Xu, Lee Kit Lun. Parallel-split shadow maps for large-scale virtual environments.
+//! VRCIA 2006, section 3. Andrew Lauritzen, Marco Salvi, Aaron Lefohn. Sample distribution shadow maps. I3D 2011.
+
+use super::boxes::{Cut, cut_layers, layers_of_light};
+use super::layer::Layer;
+use super::receivers::{ReceiverQueries, Setting};
+use super::samples::SampledReceivers;
+use super::snapping::stepped;
+use crate::error::Result;
+use crate::frustum::visible_part;
+use crate::region::{HalfSpace, Region};
+
+/// Where the view is cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Splits {
+    /// Slabs of one thickness, between the camera's planes.
+    Uniform,
+    /// Each slab so many times as far as the one before, between the camera's planes.
+    Logarithmic,
+    /// Between the two.
+    Practical,
+    /// Logarithmic, between the nearest and the farthest receiver that faces the light.
+    Receivers,
+    /// As many receivers in each.
+    Quantiles,
+}
+
+/// How the view is cut into slabs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slabs {
+    pub count: u32,
+    pub splits: Splits,
+    /// Of the logarithmic in the practical splits.
+    pub weight: f64,
+    /// Receivers looked at along the longer side of the image.
+    pub sample_resolution: u32,
+    /// Whether slabs and texels hold still while the receivers move.
+    pub snaps: bool,
+}
+
+/// The faces of a cube around a point are not split.
+pub fn fit_cascades(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    slabs: Slabs,
+    resolution: u32,
+) -> Result<Vec<Layer>> {
+    let depths = split_depths(receivers, slabs)?;
+    let layers = slab_layers(receivers.setting(), &depths);
+    cut_layers(
+        receivers,
+        layers,
+        Cut::to_receivers(slabs.snaps),
+        resolution,
+    )
+}
+
+/// Depths along the viewing direction between one slab and the next, ascending.
+fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result<Vec<f64>> {
+    let Slabs { count, splits, .. } = slabs;
+    if matches!(splits, Splits::Receivers | Splits::Quantiles) {
+        let depths = depths_of(&receivers.samples(slabs.sample_resolution)?);
+        // Slabs that grow in steps.
+        let held = |depth: f64| if slabs.snaps { stepped(depth) } else { depth };
+        return Ok(match (splits, depths.first(), depths.last()) {
+            (Splits::Quantiles, Some(_), _) => {
+                quantiles(&depths, count).into_iter().map(held).collect()
+            }
+            (_, Some(near), Some(far)) => {
+                splits_between((held(*near), held(*far)), count, splits, slabs.weight)
+            }
+            _ => vec![],
+        });
+    }
+    let Setting { scene, camera, .. } = receivers.setting();
+    let corners = visible_part(camera, scene.bounds());
+    let depths = corners
+        .iter()
+        .map(|c| (*c - camera.eye).dot(camera.forward));
+    let far = depths.fold(camera.znear, f64::max);
+    Ok(splits_between(
+        (camera.znear, far),
+        count,
+        splits,
+        slabs.weight,
+    ))
+}
+
+/// Between two depths; `weight` is that of the logarithmic in the practical splits.
+fn splits_between((near, far): (f64, f64), count: u32, splits: Splits, weight: f64) -> Vec<f64> {
+    let weight = match splits {
+        Splits::Uniform => 0.0,
+        Splits::Practical => weight,
+        Splits::Logarithmic | Splits::Receivers | Splits::Quantiles => 1.0,
+    };
+    // Zhang et al., section 3.3.
+    let depth = |share: f64| {
+        let logarithmic = near * (far / near).powf(share);
+        let uniform = near + (far - near) * share;
+        weight * logarithmic + (1.0 - weight) * uniform
+    };
+    shares(count).map(depth).collect()
+}
+
+fn shares(count: u32) -> impl Iterator<Item = f64> {
+    (1..count).map(move |i| f64::from(i) / f64::from(count))
+}
+
+/// As many of the ascending depths in each slab.
+fn quantiles(depths: &[f64], count: u32) -> Vec<f64> {
+    let quantile = |share: f64| depths[(share * depths.len() as f64) as usize];
+    shares(count).map(quantile).collect()
+}
+
+/// Depths of the samples that face the light, ascending.
+fn depths_of(samples: &SampledReceivers) -> Vec<f64> {
+    let facing = samples.facing_the_light().into_iter();
+    let mut depths: Vec<_> = facing.map(|i| samples.depths[i]).collect();
+    depths.sort_unstable_by(f64::total_cmp);
+    depths
+}
+
+/// The axes of a layer for each slab; the first and the last have no end.
+fn slab_layers(setting: Setting, depths: &[f64]) -> Vec<Layer> {
+    let layers = layers_of_light(setting);
+    let [layer] = &layers[..] else {
+        return layers;
+    };
+    let camera = setting.camera;
+    let plane = |depth: f64, normal| HalfSpace {
+        origin: camera.eye + camera.forward * depth,
+        normal,
+    };
+    let slab = |i: usize| {
+        let near = i.checked_sub(1).map(|i| plane(depths[i], camera.forward));
+        let far = depths.get(i).map(|depth| plane(*depth, -camera.forward));
+        Layer {
+            region: Region::new(near.into_iter().chain(far).collect()),
+            projection: layer.projection.clone(),
+        }
+    };
+    (0..=depths.len()).map(slab).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_near(found: &[f64], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len());
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a - b).abs() < 1e-9 * b, "{found:?} {expected:?}");
+        }
+    }
+
+    /// Zhang et al., Eq. 2, 3 and 5, by hand: from 1 to 81 in four slabs.
+    #[test]
+    fn splits_are_uniform_logarithmic_or_weighed() {
+        let near_and_far = (1.0, 81.0);
+        let between = |splits, weight| splits_between(near_and_far, 4, splits, weight);
+        assert_near(&between(Splits::Uniform, 0.5), &[21.0, 41.0, 61.0]);
+        assert_near(&between(Splits::Logarithmic, 0.5), &[3.0, 9.0, 27.0]);
+        assert_near(&between(Splits::Practical, 0.5), &[12.0, 25.0, 44.0]);
+        assert_near(&between(Splits::Practical, 0.25), &[16.5, 33.0, 52.5]);
+        assert_near(&between(Splits::Practical, 1.0), &[3.0, 9.0, 27.0]);
+    }
+
+    #[test]
+    fn quantiles_leave_as_many_depths_in_each_slab() {
+        let depths: Vec<_> = (0..1200).map(|i| 1.001_f64.powi(i * i / 400)).collect();
+        for count in [2, 3, 5, 8] {
+            let splits = quantiles(&depths, count);
+            assert_eq!(splits.len(), count as usize - 1);
+            for (i, split) in splits.iter().enumerate() {
+                let nearer = depths.iter().filter(|depth| *depth < split).count();
+                let expected = 1200 * (i + 1) / count as usize;
+                assert!(nearer.abs_diff(expected) <= 20, "{nearer} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_slab_is_not_split() {
+        assert!(splits_between((0.1, 9.0), 1, Splits::Uniform, 0.5).is_empty());
+        assert!(quantiles(&[1.0, 2.0], 1).is_empty());
+    }
+}

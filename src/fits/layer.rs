@@ -1,0 +1,29 @@
+//! A layer of a shadow map: what a fit makes.
+
+use crate::projection::Projection;
+use crate::region::Region;
+
+/// Where a layer of a shadow map lies: which receivers it is for, and where it takes them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    pub projection: Projection,
+    pub region: Region,
+}
+
+impl Layer {
+    /// A layer for every receiver.
+    pub fn everywhere(projection: Projection) -> Self {
+        Self {
+            projection,
+            region: Region::EVERYWHERE,
+        }
+    }
+
+    /// The same layer in another number of texels along each side.
+    pub fn with_resolution(&self, resolution: u32) -> Self {
+        Self {
+            projection: self.projection.with_resolution(resolution),
+            region: self.region.clone(),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Some pixels of the image, as points in float64: what fits on the CPU look at.
+
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::reference::surface;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// Second difference of one over the depth, as a share of it, that still is smooth.
+const MAX_BEND: f64 = 0.02;
+
+/// Some pixels of the image, seen by the CPU: rows of a coarse camera's image.
+pub struct SampledReceivers {
+    pub camera: Camera,
+    /// Not a number where nothing is seen.
+    pub points: Vec<DVec3>,
+    /// Towards the camera.
+    pub normals: Vec<DVec3>,
+    /// Along the viewing direction; not a number where nothing is seen.
+    pub depths: Vec<f64>,
+    is_facing: Vec<bool>,
+}
+
+impl SampledReceivers {
+    /// `triangles` are those of the camera's pixels, -1 where nothing is seen.
+    pub fn new(scene: &Scene, light: &Light, camera: Camera, triangles: &[i32]) -> Self {
+        let (points, normals, depths) = surface(scene, &camera, triangles);
+        let points: Vec<_> = points.into_iter().map(DVec3::from).collect();
+        let normals: Vec<_> = normals
+            .into_iter()
+            .map(|normal| DVec3::from(normal.map(f64::from)))
+            .collect();
+        let faces = |(point, normal): (&DVec3, &DVec3)| {
+            let to_light = light.vector_from_point(*point);
+            let is_reached = light
+                .cone()
+                .is_none_or(|cone| -to_light.dot(cone.axis) >= cone.cosine * to_light.length());
+            normal.dot(to_light) > 0.0 && is_reached
+        };
+        Self {
+            is_facing: points.iter().zip(&normals).map(faces).collect(),
+            camera,
+            points,
+            normals,
+            depths,
+        }
+    }
+
+    /// Points and normals of those that see a surface.
+    pub fn seen(&self) -> (Vec<DVec3>, Vec<DVec3>) {
+        let samples = self.points.iter().zip(&self.normals);
+        samples.filter(|(point, _)| !point.is_nan()).unzip()
+    }
+
+    /// Indices of the samples that the light could reach.
+    pub fn facing_the_light(&self) -> Vec<usize> {
+        (0..self.points.len())
+            .filter(|&i| self.is_facing[i])
+            .collect()
+    }
+
+    pub fn is_facing(&self, index: usize) -> bool {
+        self.is_facing[index]
+    }
+
+    /// The samples to the left and right, above and below.
+    pub fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> {
+        self.neighbours_across(index)
+            .into_iter()
+            .flatten()
+            .flatten()
+    }
+
+    /// Those to the left and right, then those above and below.
+    fn neighbours_across(&self, index: usize) -> [[Option<usize>; 2]; 2] {
+        let (width, height) = (self.camera.width as usize, self.camera.height as usize);
+        let (row, column) = (index / width, index % width);
+        [
+            [
+                (column > 0).then(|| index - 1),
+                (column + 1 < width).then_some(index + 1),
+            ],
+            [
+                (row > 0).then(|| index - width),
+                (row + 1 < height).then_some(index + width),
+            ],
+        ]
+    }
+
+    /// Whether the depth changes as a plane's does, so that its derivatives tell of the neighbourhood:
+    /// one over it is linear in the image (the paper thresholds its second difference).
+    pub fn is_smooth(&self, index: usize) -> bool {
+        let here = 1.0 / self.depths[index];
+        self.neighbours_across(index).into_iter().all(|pair| {
+            let [Some(before), Some(after)] = pair else {
+                return true;
+            };
+            let bend = 1.0 / self.depths[before] + 1.0 / self.depths[after] - 2.0 * here;
+            bend.abs() < MAX_BEND * here
+        })
+    }
+}

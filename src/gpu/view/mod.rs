@@ -1,0 +1,469 @@
+//! What a method sees of a frame, and what it gives back.
+
+mod rays;
+mod shadows;
+
+use crate::camera::Camera;
+use crate::error::Result;
+use crate::fits::layer::Layer;
+use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
+use crate::fits::samples::SampledReceivers;
+use crate::gpu::frame::{Frame, ReadResults, Source};
+use crate::gpu::passes::bias::BiasRule;
+use crate::gpu::passes::boundary::{self, BoundaryWeights};
+use crate::gpu::passes::image_tiles::{self, InitialImage};
+use crate::gpu::passes::importance_map::{self, Factors, Importance, ImportanceMap};
+use crate::gpu::passes::inputs::ImageTiles;
+use crate::gpu::passes::lookup::Comparison;
+use crate::gpu::passes::outline;
+use crate::gpu::passes::rasterize::{RasterJob, Rasterization, Target};
+use crate::gpu::passes::receivers::{self, Bounds};
+use crate::gpu::passes::shadow_edge::EdgeBias;
+use crate::gpu::passes::warp_map::WarpMap;
+use crate::gpu::passes::work_items::{Counters, HadRoom, PendingWork};
+use crate::gpu::passes::{
+    FactsOfPasses, Inputs, PendingFacts, Receivers, forward_importance, samples, shadow_edge,
+    shadow_map, visibility,
+};
+use crate::gpu::pool::PooledBuffer;
+use crate::light::Light;
+use crate::projection::Projection;
+use crate::region::Region;
+use crate::scene::Scene;
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+
+/// A frame in the making: the passes, bound to the scene, camera and light.
+pub struct View<'a> {
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub light: &'a Light,
+    frame: Frame,
+    inputs: Inputs<'a>,
+    visibility_buffer: &'a wgpu::Buffer,
+    /// Whether texels that no receiver looks at are wanted, too.
+    draws_whole_maps: bool,
+    /// What the next submission counts.
+    pending_work: Vec<PendingWork>,
+    pending_facts: Vec<PendingFacts>,
+    counters: Vec<(HadRoom, Counters)>,
+    stats: Stats,
+    begun: Option<InitialImage>,
+}
+
+/// Pixels, where a method counts them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReceiverCounts {
+    /// Those that see a surface.
+    pub seen: u32,
+    /// Those whose surface faces the light; one at the border of two layers is counted in both.
+    pub facing: u32,
+}
+
+/// What the light sees of a layer: depths and triangles, and a factor for each texel.
+pub struct Analysed {
+    pub layer: Layer,
+    texels: PooledBuffer,
+    pub edges: Option<PooledBuffer>,
+}
+
+/// A layer and its warp, before it has texels.
+pub struct WarpedLayer {
+    pub layer: Layer,
+    pub warp: Option<WarpMap>,
+    /// What the warp was made from.
+    pub importance: Option<ImportanceMap>,
+}
+
+impl From<Layer> for WarpedLayer {
+    fn from(layer: Layer) -> Self {
+        Self {
+            layer,
+            warp: None,
+            importance: None,
+        }
+    }
+}
+
+/// How a shadow map is rasterized and looked up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapSettings {
+    pub rasterization: Rasterization,
+    pub lookup: Comparison,
+    pub bias: BiasRule,
+}
+
+impl MapSettings {
+    /// For a first pass that asks where shadows are: each receiver lit or not.
+    pub fn without_filter(self) -> Self {
+        Self {
+            lookup: Comparison {
+                filter: None,
+                ..self.lookup
+            },
+            ..self
+        }
+    }
+}
+
+/// A layer that has texels.
+pub struct RasterizedLayer {
+    pub plan: WarpedLayer,
+    pub comparison: Comparison,
+    pub texels: PooledBuffer,
+}
+
+/// What a method recorded: the visibility image and the layers it was looked up in. A layer that no
+/// receiver needs is not there.
+pub struct Recorded {
+    pub visibility: PooledBuffer,
+    pub layers: Vec<RasterizedLayer>,
+}
+
+/// What a frame counts.
+#[derive(Debug, Clone, Default)]
+pub struct Stats {
+    pub triangles: usize,
+    pub degenerate_triangles: usize,
+    /// Of passes, by their labels.
+    pub facts: FactsOfPasses,
+    /// Where a method counts them.
+    pub receivers: Option<ReceiverCounts>,
+    /// Stages that this frame did not need.
+    pub skipped: Vec<&'static str>,
+    pub layers: usize,
+    /// Layers that no receiver fell in.
+    pub skipped_layers: usize,
+    /// What the method measured, by name.
+    pub measures: Vec<(&'static str, f64)>,
+}
+
+impl<'a> View<'a> {
+    pub fn new(
+        frame: Frame,
+        inputs: Inputs<'a>,
+        scene: &'a Scene,
+        light: &'a Light,
+        visibility_buffer: &'a wgpu::Buffer,
+        draws_whole_maps: bool,
+    ) -> Self {
+        Self {
+            scene,
+            camera: inputs.camera,
+            light,
+            frame,
+            inputs,
+            visibility_buffer,
+            draws_whole_maps,
+            pending_work: Vec::new(),
+            pending_facts: Vec::new(),
+            counters: Vec::new(),
+            stats: Stats {
+                triangles: scene.triangles().len(),
+                degenerate_triangles: scene.degenerate_count(),
+                ..Stats::default()
+            },
+            begun: None,
+        }
+    }
+
+    /// The visibility image before any caster, and its tiles.
+    fn begun(&mut self) -> Result<&mut InitialImage> {
+        let begun = match self.begun.take() {
+            Some(begun) => begun,
+            None => {
+                let region = &Region::EVERYWHERE;
+                let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+                image_tiles::begin(&mut self.frame, seen)?
+            }
+        };
+        Ok(self.begun.insert(begun))
+    }
+
+    /// The image itself, once for each time that it is answered.
+    fn begun_image(&mut self) -> Result<PooledBuffer> {
+        if let Some(image) = self.begun()?.visibility.take() {
+            return Ok(image);
+        }
+        self.begun = None;
+        let image = self.begun()?.visibility.take();
+        Ok(image.expect("nobody took it yet"))
+    }
+
+    /// The tiles of the image that may hold receivers of a region; `None`: all of them.
+    fn image_tiles(&mut self, region: &Region) -> Result<Option<Arc<ImageTiles>>> {
+        if !self.culls() {
+            return Ok(None);
+        }
+        self.begun()?;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let (begun, frame) = (&mut self.begun, &mut self.frame);
+        let begun = begun.as_mut().expect("just begun");
+        begun.tiles(frame, seen, &mut self.pending_facts)
+    }
+
+    fn receiver_bounds(&mut self, layers: &[Layer]) -> Result<Vec<Option<Corners>>> {
+        let mut reads = Vec::new();
+        for Layer { projection, region } in layers {
+            let tiles = self.image_tiles(region)?;
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
+                .within(tiles.as_deref());
+            reads.push(receivers::receivers(&mut self.frame, seen, projection)?);
+        }
+        let seen = self.begun()?.seen.clone();
+        let seen = self.frame.read(Source::Kept(&seen), 1)?;
+        let results = self.submit()?;
+        let mut counts = ReceiverCounts {
+            seen: results.take(&seen)?[0],
+            facing: 0,
+        };
+        let mut boxes = Vec::new();
+        for (read, Layer { projection, .. }) in reads.iter().zip(layers) {
+            let bounds: Bounds = results.take(read)?[0];
+            counts.facing += bounds.facing;
+            let in_world = DVec3::new(1.0, 1.0, projection.unit().recip());
+            let corners = bounds.corners();
+            boxes.push(corners.map(|(low, high)| (low * in_world, high * in_world)));
+        }
+        self.stats.receivers = Some(counts);
+        Ok(boxes)
+    }
+
+    /// The importance of the cells of a layer's map.
+    pub fn importance_map(
+        &mut self,
+        layer: &Layer,
+        cells: u32,
+        importance: Importance,
+        factors: Factors,
+        warp: Option<&WarpMap>,
+    ) -> Result<ImportanceMap> {
+        let Layer { projection, region } = layer;
+        let tiles = self.image_tiles(region)?;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
+            .within(tiles.as_deref());
+        let frame = &mut self.frame;
+        importance_map::importance_map(frame, seen, projection, cells, importance, factors, warp)
+    }
+
+    /// What the light sees of a layer.
+    pub fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
+        let projection = &layer.projection;
+        let drawn = plain_map(projection);
+        let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
+        self.pending_work.push(rasterized.work);
+        Ok(Analysed {
+            layer,
+            texels: rasterized.texels,
+            edges: None,
+        })
+    }
+
+    /// Finds the shadow edges of a depth image.
+    pub fn shadow_edges(
+        &mut self,
+        analysed: &mut Analysed,
+        bias: EdgeBias,
+        floor: f64,
+    ) -> Result<()> {
+        let projection = &analysed.layer.projection;
+        let (frame, texels) = (&mut self.frame, &analysed.texels);
+        let edges = shadow_edge::shadow_edge(frame, self.inputs, projection, texels, bias, floor)?;
+        analysed.edges = Some(edges);
+        Ok(())
+    }
+
+    /// The importance of the cells of a layer's map, from what the light sees.
+    pub fn forward_importance(
+        &mut self,
+        analysed: &Analysed,
+        cells: u32,
+        factors: Factors,
+    ) -> Result<ImportanceMap> {
+        let Analysed { layer, texels, .. } = analysed;
+        let Layer { projection, region } = layer;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let frame = &mut self.frame;
+        forward_importance::forward_importance(frame, seen, projection, texels, cells, factors)
+    }
+
+    /// Weights of the receivers near the boundaries of shadows.
+    pub fn boundary(&mut self, visibility: &wgpu::Buffer, weight: f64) -> Result<BoundaryWeights> {
+        let region = &Region::EVERYWHERE;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        boundary::boundary(&mut self.frame, seen, visibility, weight)
+    }
+
+    /// Receivers of about `resolution` pixels along the longer side of the image. Submits what was
+    /// recorded so far.
+    pub fn sampled_image(&mut self, resolution: u32) -> Result<SampledImage> {
+        let side = self.camera.width.max(self.camera.height);
+        let stride = ((side + resolution / 2) / resolution).max(1);
+        let buffer = self.visibility_buffer;
+        let (camera, keys) = samples::samples(&mut self.frame, self.camera, buffer, stride)?;
+        let read = self
+            .frame
+            .read::<u64>(Source::Kept(&keys), camera.pixel_count())?;
+        let triangles = self.submit()?.take(&read)?;
+        let triangles: Vec<_> = triangles
+            .into_iter()
+            .map(visibility::triangle_from_key)
+            .collect();
+        Ok(SampledImage {
+            receivers: SampledReceivers::new(self.scene, self.light, camera, &triangles),
+            keys,
+        })
+    }
+
+    /// What maps answer for the samples, as in a visibility image. Submits what was recorded so far.
+    pub fn sampled_visibility(
+        &mut self,
+        samples: &SampledImage,
+        map: MapSettings,
+        layers: Vec<Layer>,
+    ) -> Result<Vec<f32>> {
+        let plans = layers.into_iter().map(WarpedLayer::from).collect();
+        let recorded = self.answer(Pixels::Samples(samples), map, plans)?;
+        let count = samples.receivers.camera.pixel_count();
+        let read = self
+            .frame
+            .read::<f32>(Source::Taken(recorded.visibility), count)?;
+        self.submit()?.take(&read)
+    }
+
+    /// Names a stage that this frame does not need.
+    pub fn skip(&mut self, stage: &'static str) {
+        self.stats.skipped.push(stage);
+    }
+
+    /// Adds a number that the method found to the statistics, by its name.
+    pub fn measure(&mut self, name: &'static str, value: f64) {
+        self.stats.measures.push((name, value));
+    }
+
+    /// Counters to be taken after the next submission.
+    pub(crate) fn keep_work(&mut self, work: PendingWork) {
+        self.pending_work.push(work);
+    }
+
+    /// Whether what cannot change the picture is left out.
+    pub(crate) fn culls(&self) -> bool {
+        self.frame.culls
+    }
+
+    /// The frame that is being recorded.
+    pub(crate) fn frame(&mut self) -> &mut Frame {
+        &mut self.frame
+    }
+
+    pub(crate) fn submit(&mut self) -> Result<ReadResults> {
+        let results = self.frame.submit()?;
+        for work in self.pending_work.drain(..) {
+            let parts = work.counters.iter().map(|read| Ok(results.take(read)?[0]));
+            let counters = Counters::joined(&parts.collect::<Result<Vec<_>>>()?);
+            let facts = (work.describe)(self.inputs.scene, &counters);
+            self.stats.facts.add(work.label, facts);
+            self.counters.push((work.had_room, counters));
+        }
+        for pending in self.pending_facts.drain(..) {
+            let counters = results.take(&pending.counters)?;
+            let facts = (pending.describe)(&self.frame.gpu, &counters)?;
+            self.stats.facts.add(pending.label, facts);
+        }
+        Ok(results)
+    }
+
+    /// Receivers that face the light in all layers, once their bounds were asked for.
+    pub fn facing_count(&self) -> u32 {
+        self.stats.receivers.map_or(0, |counts| counts.facing)
+    }
+
+    /// Whether every list of work was long enough; else there is room for the next try.
+    pub(crate) fn had_room(&self) -> Result<bool> {
+        for (had_room, counters) in &self.counters {
+            if !had_room(&self.frame.gpu, self.inputs.scene, counters)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    pub(crate) fn finish(self) -> (Frame, Stats) {
+        (self.frame, self.stats)
+    }
+}
+
+impl<'a> ReceiverQueries<'a> for View<'a> {
+    fn setting(&self) -> Setting<'a> {
+        Setting {
+            scene: self.scene,
+            camera: self.camera,
+            light: self.light,
+        }
+    }
+
+    fn bounds(&mut self, layers: &[Layer]) -> Result<Vec<Option<Corners>>> {
+        self.receiver_bounds(layers)
+    }
+
+    fn outline(&mut self, layer: &Layer, points: OutlinePoints) -> Result<Vec<DVec2>> {
+        let Layer { projection, region } = layer;
+        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let points = outline::outline(&mut self.frame, seen, projection, points)?;
+        let results = self.submit()?;
+        Ok(outline::found(results.take(&points)?))
+    }
+
+    fn samples(&mut self, resolution: u32) -> Result<SampledReceivers> {
+        Ok(self.sampled_image(resolution)?.receivers)
+    }
+
+    fn leaves_out_empty_layers(&self) -> bool {
+        self.culls()
+    }
+
+    fn skip_layer(&mut self) {
+        self.stats.skipped_layers += 1;
+    }
+}
+
+/// An exact map of depths and triangles, not warped.
+fn plain_map(projection: &Projection) -> RasterJob<'_> {
+    RasterJob {
+        projection,
+        warp: None,
+        target: Target::DepthTriangle,
+        rasterization: Rasterization::Exact,
+        receiver_tiles: None,
+    }
+}
+
+/// Some pixels of the image, on the device and on the CPU: a coarse camera's image.
+pub struct SampledImage {
+    pub receivers: SampledReceivers,
+    keys: PooledBuffer,
+}
+
+/// Which pixels are answered.
+#[derive(Clone, Copy)]
+enum Pixels<'a> {
+    All,
+    Samples(&'a SampledImage),
+}
+
+/// What the camera sees, for one layer of one light.
+fn receivers_in<'a>(
+    inputs: &Inputs<'a>,
+    visibility_buffer: &'a wgpu::Buffer,
+    light: &'a Light,
+    region: &'a Region,
+) -> Receivers<'a> {
+    Receivers {
+        scene: inputs.scene,
+        camera: inputs.camera,
+        visibility_buffer,
+        light,
+        region,
+        tiles: None,
+    }
+}

@@ -1,0 +1,181 @@
+//! Shadows by maps, and by lists of receivers.
+
+use super::{
+    MapSettings, Pixels, RasterizedLayer, Recorded, View, WarpedLayer, plain_map, receivers_in,
+};
+use crate::error::Result;
+use crate::fits::layer::Layer;
+use crate::gpu::passes::bias::position_rounding;
+use crate::gpu::passes::light_grid::LightGrid;
+use crate::gpu::passes::lookup::{self, Comparison, LookupInput};
+use crate::gpu::passes::rasterize::RasterJob;
+use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
+use crate::gpu::passes::{
+    Inputs, Receivers, caster_tests, image_tiles, receiver_lists, receiver_tiles, shadow_map,
+};
+use crate::gpu::pool::PooledBuffer;
+use crate::region::Region;
+
+/// Texels along each side of the map that settles receivers before they are listed, at most.
+const MAX_MAP_TEXELS: u32 = 1024;
+
+impl View<'_> {
+    /// The last two steps of every method with maps: casters into each layer, receivers against it.
+    /// Without a layer nothing is lit.
+    pub fn shadows<P: Into<WarpedLayer>>(
+        &mut self,
+        map: MapSettings,
+        layers: impl IntoIterator<Item = P>,
+    ) -> Result<Recorded> {
+        let plans: Vec<_> = layers.into_iter().map(P::into).collect();
+        if plans.is_empty() {
+            return self.all_in_shadow();
+        }
+        self.answer(Pixels::All, map, plans)
+    }
+
+    /// The same for some of the pixels; there is a layer.
+    pub(super) fn answer(
+        &mut self,
+        pixels: Pixels,
+        map: MapSettings,
+        plans: Vec<WarpedLayer>,
+    ) -> Result<Recorded> {
+        let (inputs, visibility_buffer) = match pixels {
+            Pixels::All => (self.inputs, self.visibility_buffer),
+            Pixels::Samples(samples) => {
+                let camera = &samples.receivers.camera;
+                let scene = self.inputs.scene;
+                (Inputs { scene, camera }, &*samples.keys)
+            }
+        };
+        // Receivers of no layer, which a method left out because no sample needed them, are lit.
+        let visibility = match pixels {
+            Pixels::All => self.begun_image()?,
+            Pixels::Samples(_) => {
+                let region = &Region::EVERYWHERE;
+                let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
+                let begun = image_tiles::begin(&mut self.frame, seen)?;
+                begun.visibility.expect("nobody took it yet")
+            }
+        };
+        let mut layers = Vec::new();
+        for plan in plans {
+            let Layer { projection, region } = &plan.layer;
+            let tiles = match pixels {
+                Pixels::All => self.image_tiles(region)?,
+                Pixels::Samples(_) => None,
+            };
+            let seen = receivers_in(&inputs, visibility_buffer, self.light, region)
+                .within(tiles.as_deref());
+            let whole = RasterJob {
+                projection,
+                warp: plan.warp.as_ref(),
+                target: map.lookup.target(),
+                rasterization: map.rasterization,
+                receiver_tiles: None,
+            };
+            let tiles = self.receiver_tiles(seen, whole, map.lookup)?;
+            let drawn = RasterJob {
+                receiver_tiles: tiles.as_deref(),
+                ..whole
+            };
+            let rasterized = shadow_map::shadow_map(&mut self.frame, inputs, drawn)?;
+            self.pending_work.push(rasterized.work);
+            let rounding = position_rounding(projection, self.camera.eye);
+            let looked = LookupInput {
+                projection,
+                warp: plan.warp.as_ref(),
+                texels: &rasterized.texels,
+                comparison: map.lookup,
+                bias: map.bias.depth_bias(projection, rounding),
+            };
+            lookup::lookup(&mut self.frame, seen, looked, &visibility);
+            layers.push(RasterizedLayer {
+                comparison: map.lookup,
+                texels: rasterized.texels,
+                plan,
+            });
+        }
+        Ok(Recorded { visibility, layers })
+    }
+
+    /// The tiles of a map that need to be drawn; `None`: all of it, because somebody wants to see it or it is
+    /// so small that finding them takes longer.
+    fn receiver_tiles(
+        &mut self,
+        seen: Receivers,
+        map: RasterJob,
+        lookup: Comparison,
+    ) -> Result<Option<PooledBuffer>> {
+        let is_small = map.projection.texel_count() < seen.camera.pixel_count();
+        // A disc may be of any size.
+        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !self.culls() {
+            return Ok(None);
+        }
+        let (frame, reach) = (&mut self.frame, lookup.reach);
+        receiver_tiles::receiver_tiles(frame, seen, map.projection, map.warp, reach).map(Some)
+    }
+
+    /// The visibility image by testing casters against receivers that are listed in the texels of each
+    /// layer. Without a layer nothing is lit.
+    pub fn listed_shadows(&mut self, plans: &[WarpedLayer]) -> Result<Recorded> {
+        if plans.is_empty() {
+            return self.all_in_shadow();
+        }
+        let visibility = self.begun_image()?;
+        // As many rows of the image as one binding has room for.
+        let row_bytes = RECEIVER_BYTES * u64::from(self.camera.width);
+        let rows = (self.frame.gpu.largest_storage() / row_bytes).max(1);
+        let rows = rows.min(u64::from(self.camera.height)) as u32;
+        for plan in plans {
+            let Layer { projection, region } = &plan.layer;
+            let warp = plan.warp.as_ref();
+            // Pieces of the image have none.
+            let tiles = match rows == self.camera.height {
+                true => self.image_tiles(region)?,
+                false => None,
+            };
+            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
+                .within(tiles.as_deref());
+            // The nearest casters, which settle most receivers that are in shadow.
+            let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
+            let drawn = plain_map(&map);
+            let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
+            self.pending_work.push(rasterized.work);
+            let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);
+            for first_row in (0..self.camera.height).step_by(rows as usize) {
+                grid.first_row = first_row;
+                grid.row_count = rows.min(self.camera.height - first_row);
+                let frame = &mut self.frame;
+                let (lists, facts) = receiver_lists::receiver_lists(
+                    frame,
+                    seen,
+                    &grid,
+                    warp,
+                    &rasterized.texels,
+                    &visibility,
+                )?;
+                self.pending_facts.push(facts);
+                let (work, facts) =
+                    caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
+                self.pending_work.push(work);
+                self.pending_facts.push(facts);
+            }
+        }
+        Ok(Recorded {
+            visibility,
+            layers: vec![],
+        })
+    }
+
+    /// The frame where whatever is seen faces away from the light: there is nothing to look up.
+    fn all_in_shadow(&mut self) -> Result<Recorded> {
+        self.skip(shadow_map::LABEL);
+        let visibility = self.begun_image()?;
+        Ok(Recorded {
+            visibility,
+            layers: vec![],
+        })
+    }
+}

@@ -1,0 +1,161 @@
+"""The storeys of the source: what may import what, and no circle of imports."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src"
+SHADERS = ROOT / "shaders"
+
+Graph = dict[str, set[str]]
+
+
+def module_of(file: Path) -> str:
+    """Path of a Rust module below the crate: `fits::boxes`; of a `mod.rs` its folder's."""
+    parts = list(file.relative_to(SOURCE).with_suffix("").parts)
+    return "::".join(parts[:-1] if parts[-1] == "mod" else parts)
+
+
+def paths_of(tree: str, prefix: str = "") -> Iterator[str]:
+    """The paths of a `use` tree: `a::{b, c::d}` has `a::b` and `a::c::d`."""
+    depth, start, parts = 0, 0, []
+    for i, letter in enumerate(tree):
+        depth += (letter == "{") - (letter == "}")
+        if letter == "," and depth == 0:
+            parts.append(tree[start:i])
+            start = i + 1
+    for part in [*parts, tree[start:]]:
+        head, brace, rest = part.strip().partition("{")
+        if brace:
+            yield from paths_of(rest[: rest.rindex("}")], prefix + head)
+        elif head:
+            yield prefix + head.split(" as ")[0]
+
+
+def imports_of(text: str, module: str, is_folder: bool) -> set[str]:
+    """Absolute paths that a file names, but for its tests."""
+    text = re.sub(r"//.*", "", text.split("#[cfg(test)]\nmod tests")[0])
+    trees = re.findall(r"\buse ((?:[^;{]|\{[^;]*\})+);", text)
+    named = re.findall(r"\b(?:crate|super)(?:::\w+)+", text)
+    children = re.findall(r"\bmod (\w+);", text)
+    parent = module if is_folder else module.rpartition("::")[0]
+    found = set()
+    for path in [path for tree in trees for path in paths_of(tree)] + named:
+        head, _, rest = path.partition("::")
+        if head == "crate":
+            found.add(rest)
+        elif head == "super":
+            above = module.rpartition("::")[0] if is_folder else parent
+            found.add(f"{above}::{rest}".removeprefix("::"))
+        elif head == "self" or head in children:
+            found.add(f"{module}::{path.removeprefix('self::')}")
+    return found
+
+
+def rust_graph(source: Path = SOURCE) -> Graph:
+    """Modules, and those that each imports."""
+    files = {module_of(file): file for file in source.rglob("*.rs") if file.name != "lib.rs"}
+    graph: Graph = {}
+    for module, file in files.items():
+        graph[module] = set()
+        for path in imports_of(file.read_text(), module, file.name == "mod.rs"):
+            while path and path not in files:
+                path = path.rpartition("::")[0]
+            # The front of a folder may name its own files, which share what stands there.
+            if path and path != module and path.rpartition("::")[0] != module:
+                graph[module].add(path)
+    return graph
+
+
+def shader_graph() -> Graph:
+    """Shaders by their names, and those that each imports."""
+    return {
+        str(file.relative_to(SHADERS).with_suffix("")): set(
+            re.findall(r"^#import (\S+)", file.read_text(), re.MULTILINE)
+        )
+        for file in SHADERS.rglob("*.wgsl")
+    }
+
+
+def circle_in(graph: Graph) -> list[str]:
+    """Modules of which each imports the next, and the last the first; none without a circle."""
+    done: set[str] = set()
+
+    def search(module: str, way: list[str]) -> list[str]:
+        if module in way:
+            return way[way.index(module) :]
+        if module in done:
+            return []
+        for other in sorted(graph.get(module, ())):
+            if circle := search(other, [*way, module]):
+                return circle
+        done.add(module)
+        return []
+
+    return next((circle for module in sorted(graph) if (circle := search(module, []))), [])
+
+
+def test_a_circle_is_found() -> None:
+    graph = {"a": {"b", "d"}, "b": {"c"}, "c": {"a"}, "d": set()}
+    assert circle_in(graph) == ["a", "b", "c"]
+    assert circle_in(graph | {"c": {"d"}}) == []
+
+
+def test_imports_are_read_from_a_file() -> None:
+    text = """
+        pub mod child;
+        use crate::fits::{boxes::{self, Cut}, layer::Layer};
+        use super::parallel::axes_at;
+        use child::Thing;
+        fn f() -> crate::error::Result<()> {} // crate::comment
+        #[cfg(test)]\nmod tests { use crate::gpu; }
+    """
+    expected = {
+        "fits::boxes::self", "fits::boxes::Cut", "fits::layer::Layer", "a::parallel::axes_at",
+        "a::b::child::Thing", "error::Result",
+    }  # fmt: skip
+    assert expected <= imports_of(text, "a::b", True)
+    assert not [path for path in imports_of(text, "a::b", True) if "gpu" in path or "com" in path]
+
+
+def test_no_circle_of_imports_among_shaders() -> None:
+    assert circle_in(shader_graph()) == []
+
+
+def test_no_circle_of_imports_among_modules() -> None:
+    assert circle_in(rust_graph()) == []
+
+
+# The folders and files of each storey, and what they must not name.
+ENGINES = {"gpu"}
+STOREYS = [
+    ({"warp", "region", "geometry", "frustum", "edge_directions", "light", "camera"},
+     {"fits", "methods", "render", "python"} | ENGINES),
+    # Which lays out its own uniform for the shaders.
+    ({"projection"}, {"fits", "methods", "render", "python"}),
+    ({"scene", "bvh", "edges", "reference"}, {"fits", "methods", "render", "python"} | ENGINES),
+    ({"fits"}, {"methods", "render", "python"} | ENGINES),
+    (ENGINES, {"methods", "render", "python"}),
+    ({"methods"}, {"render", "python"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("storey", "above"), STOREYS, ids=lambda names: "+".join(sorted(names)))
+def test_no_storey_knows_the_one_above(storey: set[str], above: set[str]) -> None:
+    named = {
+        f"{module} names {other}"
+        for module, others in rust_graph().items()
+        for other in others
+        if module.partition("::")[0] in storey and other.partition("::")[0] in above
+    }
+    assert named == set()
+
+
+def test_only_python_names_pyo3() -> None:
+    naming = [file for file in SOURCE.rglob("*.rs") if re.search(r"\bpyo3\b", file.read_text())]
+    assert {module_of(file).partition("::")[0] for file in naming} <= {"python", "lib"}
