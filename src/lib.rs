@@ -29,4 +29,6 @@ pub mod reference;
 pub mod region;
 pub mod render;
 pub mod scene;
+#[cfg(test)]
+mod twin;
 pub mod warp;

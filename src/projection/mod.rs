@@ -7,6 +7,8 @@ mod homography;
 mod paraboloid;
 mod parallel;
 mod perspective;
+#[cfg(test)]
+mod twins;
 
 pub use homography::Homography;
 pub use paraboloid::Paraboloid;
