@@ -22,6 +22,9 @@ pub trait Lane:
     fn abs(self) -> Self;
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
+    fn floor(self) -> Self;
+    /// A value of a table of rows, at whole numbers.
+    fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self;
     fn less(self, other: Self) -> Self::Mask;
     fn at_most(self, other: Self) -> Self::Mask;
     /// `yes` where the mask is set, else `no`.
@@ -61,6 +64,16 @@ macro_rules! scalar_lane {
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 self.max(other)
+            }
+
+            #[inline(always)]
+            fn floor(self) -> Self {
+                self.floor()
+            }
+
+            #[inline(always)]
+            fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self {
+                table[row as usize * width + column as usize].into()
             }
 
             #[inline(always)]

@@ -151,6 +151,24 @@ impl Lane for Bounded {
         Self { value, error }
     }
 
+    fn floor(self) -> Self {
+        let low = (self.value - self.error).floor();
+        let high = (self.value + self.error).floor();
+        let error = if low == high { 0.0 } else { f64::INFINITY };
+        let value = low;
+        Self { value, error }
+    }
+
+    fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self {
+        let error = row.error + column.error;
+        if error.is_infinite() {
+            return Self { value: 0.0, error };
+        }
+        // Whole numbers as small as these are not rounded.
+        let whole = |lane: Self| lane.value.round() as usize;
+        Self::exact(table[whole(row) * width + whole(column)])
+    }
+
     fn less(self, other: Self) -> Mask {
         !other.at_most(self)
     }
@@ -212,14 +230,15 @@ pub trait Twin {
 }
 
 /// Asserts that the function `twin(i)` of WGSL, which reads numbers from `inputs[i + ...]` and gives an array, and
-/// the twin in Rust give the same outputs for all inputs, and that rounding hides few of them.
+/// from a warp's table where there is one, and the twin in Rust give the same outputs for all inputs, and that rounding hides few of them.
 pub fn assert_twins<const INPUTS: usize>(
     source: &str,
     twin_in_rust: &impl Twin,
     cases: &[[f32; INPUTS]],
+    table: &[f32],
 ) {
     let outputs = twin_in_rust.evaluate(&cases[0]).len();
-    let found = run_on_device(source, cases, outputs);
+    let found = run_on_device(source, cases, table, outputs);
     let mut known = vec![0; outputs];
     for (case, found) in cases.iter().zip(found.chunks_exact(outputs)) {
         let bounds = twin_in_rust.evaluate(&case.map(Bounded::exact));
@@ -249,6 +268,7 @@ pub fn assert_twins<const INPUTS: usize>(
 fn run_on_device<const INPUTS: usize>(
     source: &str,
     cases: &[[f32; INPUTS]],
+    table: &[f32],
     outputs: usize,
 ) -> Vec<f32> {
     let source = format!(
@@ -280,11 +300,15 @@ fn run_on_device<const INPUTS: usize>(
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
     });
-    let given = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: None,
-        contents: bytemuck::cast_slice(cases.as_flattened()),
-        usage: wgpu::BufferUsages::STORAGE,
-    });
+    let given = |values: &[f32]| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::cast_slice(values),
+            usage: wgpu::BufferUsages::STORAGE,
+        })
+    };
+    let inputs = given(cases.as_flattened());
+    let table_values = given(table);
     let buffer = |usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -295,14 +319,17 @@ fn run_on_device<const INPUTS: usize>(
     };
     let found = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
     let read = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-    let entries = [(30, &given), (31, &found)].map(|(binding, buffer)| wgpu::BindGroupEntry {
-        binding,
-        resource: buffer.as_entire_binding(),
+    let entries = [(30, &inputs), (31, &found), (12, &table_values)].map(|(binding, buffer)| {
+        wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        }
     });
+    let used = if table.is_empty() { 2 } else { 3 };
     let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
+        entries: &entries[..used],
     });
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

@@ -143,6 +143,6 @@ fn shaders_of_projections_compute_what_rust_does() {
         let mut random = Random(1);
         let cases: Vec<_> = (0..20_000).map(|_| case(&mut random)).collect();
         let source = Shader::new(kind.shader()).compose() + WGSL;
-        assert_twins(&source, &kind, &cases);
+        assert_twins(&source, &kind, &cases, &[]);
     }
 }
