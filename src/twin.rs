@@ -341,6 +341,5 @@ fn run_on_device<const INPUTS: usize>(
     gpu.queue.submit([encoder.finish()]);
     read.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    let values = bytemuck::cast_slice(&read.get_mapped_range(..).unwrap()).to_vec();
-    values
+    bytemuck::cast_slice(&read.get_mapped_range(..).unwrap()).to_vec()
 }
