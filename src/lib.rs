@@ -28,6 +28,7 @@ mod python;
 pub mod reference;
 pub mod region;
 pub mod render;
+pub mod rounding;
 pub mod scene;
 #[cfg(test)]
 mod twin;

@@ -8,6 +8,7 @@ use super::tables::{new_table, triangle_items, write_items, write_table};
 use crate::bvh::Bvh;
 use crate::edges::Edges;
 use crate::error::Result;
+use crate::rounding::double_single;
 use crate::scene::Scene;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec3, UVec4, Vec3, Vec4};
@@ -267,10 +268,4 @@ fn split_positions(scene: &Scene, origin: DVec3, has_low_parts: bool) -> (Vec<Ve
         let high = vertices.map(|v| v.as_vec3().extend(0.0)).collect();
         (high, vec![Vec4::zeroed()])
     }
-}
-
-/// A float64 vector as the sum of two float32 ones.
-pub fn double_single(v: DVec3) -> (Vec3, Vec3) {
-    let high = v.as_vec3();
-    (high, (v - high.as_dvec3()).as_vec3())
 }

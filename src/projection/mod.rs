@@ -16,9 +16,9 @@ pub use parallel::Parallel;
 pub use perspective::Perspective;
 
 use crate::camera::Camera;
-use crate::gpu::scene_tables::double_single;
 use crate::gpu::shader_struct::shader_struct;
 use crate::lanes::{Lane, V2, V3};
+use crate::rounding::double_single;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::ops::Deref;
 

@@ -1,9 +1,10 @@
 //! The light's grid of `shaders/lib/light_grid.wgsl`: what the lists of receivers and the casters share.
 
 use crate::camera::Camera;
-use crate::gpu::scene_tables::{SceneTables, double_single};
+use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
+use crate::rounding::double_single;
 use glam::{DMat3, DVec2};
 use std::ops::Range;
 

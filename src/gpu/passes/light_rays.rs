@@ -7,10 +7,10 @@ use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::double_single;
 use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
+use crate::rounding::double_single;
 use glam::DVec3;
 
 /// Boxes and triangles of a ray at most: below the iterations after which some drivers end a loop.

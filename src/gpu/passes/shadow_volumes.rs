@@ -8,10 +8,11 @@ use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::frame::{Dispatch, Draw, Frame, Groups, Source, Vertices, buffer, table};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::{EdgeTables, double_single};
+use crate::gpu::scene_tables::EdgeTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
+use crate::rounding::double_single;
 use glam::DVec3;
 
 pub const LABEL: &str = "shadow volumes";
