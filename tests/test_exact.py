@@ -28,7 +28,7 @@ def wrong(method: str | lx.Method, scene: lx.Scene, camera: lx.Camera, light: lx
     return lx.compare(lx.render_shadows(scene, camera, light, method), truth).misclassified_count
 
 
-def suns(scene: lx.Scene) -> list[lx.Light]:
+def directional_lights(scene: lx.Scene) -> list[lx.Light]:
     """The scene's own, overhead along an axis, and so low that shadows are fifty times as long."""
     directions = [(0.0, -1.0, 0.0), (1.0, -0.02, 0.3), (-0.3, -1.0, 0.9)]
     return [*scene.lights.values(), *(lx.DirectionalLight(d) for d in directions)]
@@ -37,12 +37,12 @@ def suns(scene: lx.Scene) -> list[lx.Light]:
 @pytest.mark.parametrize("name", GENERATORS)
 def test_no_pixel_is_wrong(method, name):
     scene = small(name)
-    for light in suns(scene):
+    for light in directional_lights(scene):
         for label, camera in cameras(scene):
             assert wrong(method, scene, camera, light) == 0, (label, light)
 
 
-def lamps(scene: lx.Scene) -> list[lx.Light]:
+def lights_with_a_position(scene: lx.Scene) -> list[lx.Light]:
     """Inside and above the scene: to all sides, in a narrow and a wide cone, to half of space."""
     low, high = scene.bounds
     inside = low + (high - low) * [0.45, 0.6, 0.55]
@@ -57,9 +57,9 @@ def lamps(scene: lx.Scene) -> list[lx.Light]:
 
 
 @pytest.mark.parametrize("name", GENERATORS)
-def test_no_pixel_is_wrong_near_a_lamp(method, name):
+def test_no_pixel_is_wrong_near_a_light(method, name):
     scene = small(name)
-    for light in lamps(scene):
+    for light in lights_with_a_position(scene):
         for label, camera in list(cameras(scene))[:3]:
             assert wrong(method, scene, camera, light) == 0, (label, light)
 
@@ -86,7 +86,7 @@ def test_what_falls_away_behind_an_edge_casts_no_shadow_over_it(method):
 def test_no_warp_and_no_resolution_changes_a_pixel(warp):
     scene = small("city")
     camera = scene.cameras["default"].resized(320, 180)
-    for light in (*scene.lights.values(), *lamps(scene)[:2]):
+    for light in (*scene.lights.values(), *lights_with_a_position(scene)[:2]):
         plain = lx.render_shadows(scene, camera, light, "exact")
         for resolution in (1, 100, 1024):
             method = lx.Exact(warp=warp, resolution=resolution)

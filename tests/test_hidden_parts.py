@@ -12,9 +12,9 @@ from lixel.frame import frame_parts
 from lixel.methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
 
 METHODS = [*MAP_METHODS, *OMNIDIRECTIONAL_METHODS]
-SUN = lx.DirectionalLight((0.35, -1.0, -0.3))
+LIGHT = lx.DirectionalLight((0.35, -1.0, -0.3))
 LIGHTS = [
-    SUN,
+    LIGHT,
     lx.PointLight((0.3, 6.0, 0.4)),
     lx.SpotLight((0.5, 7.0, 1.0), (0.0, -1.0, -0.1), 0.7),
 ]
@@ -90,7 +90,7 @@ def test_of_a_pile_one_floor_is_seen():
     for i in range(12):
         corners += square((0, 0.3 * i, 0), (9, 0, 0), (0, 0, 9))
     camera = lx.Camera.look_at((0.5, 8, 0.4), (0, 0, 0), yfov=1.0, width=320, height=240)
-    stats = lx.render(scene_of(corners), camera, SUN, "uniform").stats["visibility"]
+    stats = lx.render(scene_of(corners), camera, LIGHT, "uniform").stats["visibility"]
     assert stats["hidden_items"] > 0.9 * 11 / 12 * stats["work_items"]
 
 
@@ -116,7 +116,7 @@ def test_what_is_nearer_than_the_near_plane_hides_nothing():
     )
     wall = square((0, 2.5, 0), (2.5, 1, 0), (0, 1, 2.5))
     floor = square((0, 0, 0), (4, 0, 0), (0, 0, 4))
-    frame = lx.render(scene_of([*floor, *wall]), camera, SUN, "uniform")
+    frame = lx.render(scene_of([*floor, *wall]), camera, LIGHT, "uniform")
     sees_floor = np.isin(frame.triangle_id, (0, 1))
     # The wall is as far as the near plane where its two sides' slopes cancel.
     across = frame.position[..., 0] + frame.position[..., 2]

@@ -54,16 +54,16 @@ def test_all_faces_of_a_cube_look_at_little_more_than_one_image():
 
 
 def test_tiles_that_only_see_what_faces_away_are_left_out():
-    """The lower part of the image is a floor that faces the sun, the rest a wall that does not."""
+    """Below is a floor that faces the light, above it a wall that does not."""
     floor = [(-50, 0, -4), (50, 0, -4), (50, 0, 9), (-50, 0, 9)]
     wall = [(-50, 0, -4), (50, 0, -4), (50, 60, -4), (-50, 60, -4)]
     faces = [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]
     scene = lx.Scene(np.array([*floor, *wall], float), np.array(faces))
     camera = lx.Camera.look_at((0, 3, 6), (0, 1, 0), yfov=0.9, width=640, height=320)
-    sun = lx.DirectionalLight((0.1, -1.0, 0.8))
-    frame = lx.render(scene, camera, sun, "desired_view")
+    light = lx.DirectionalLight((0.1, -1.0, 0.8))
+    frame = lx.render(scene, camera, light, "desired_view")
     # Towards the camera, as normals are.
-    faces_sun = np.einsum("hwc,c->hw", frame.normal, (0.1, -1.0, 0.8)) < 0
-    expected = faces_sun.reshape(10, 32, 10, 64).any(axis=(1, 3)).sum()
+    faces_light = np.einsum("hwc,c->hw", frame.normal, (0.1, -1.0, 0.8)) < 0
+    expected = faces_light.reshape(10, 32, 10, 64).any(axis=(1, 3)).sum()
     assert 20 < expected < 80
     assert frame.stats["image tiles"] == {"looked_at": expected, "tiles": 100}

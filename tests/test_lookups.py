@@ -17,7 +17,7 @@ SCENES = {
 }
 
 
-class Judged:
+class KnownView:
     """A scene with the truth for it, and how wrong each method is, which several tests ask."""
 
     def __init__(self, name: str) -> None:
@@ -34,8 +34,8 @@ class Judged:
 
 
 @pytest.fixture(scope="module", params=SCENES)
-def judged(request):
-    return Judged(request.param)
+def known_view(request):
+    return KnownView(request.param)
 
 
 TRIANGLES = ("triangle_1x1", "triangle", "triangle_5x5")
@@ -43,22 +43,22 @@ TRIANGLES = ("triangle_1x1", "triangle", "triangle_5x5")
 
 @pytest.mark.parametrize("lookup", TRIANGLES)
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
-def test_triangle_lookup_has_no_false_shadow(judged, method, lookup):
-    coarse = judged.compare(method, lookup=lookup, resolution=64)
+def test_triangle_lookup_has_no_false_shadow(known_view, method, lookup):
+    coarse = known_view.compare(method, lookup=lookup, resolution=64)
     assert coarse.false_shadow_count == 0
-    assert judged.compare(method, lookup=lookup).false_shadow_count == 0
+    assert known_view.compare(method, lookup=lookup).false_shadow_count == 0
 
 
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
-def test_more_texels_miss_less(judged, method):
-    wrong = [judged.compare(method, lookup=lookup).misclassified_count for lookup in TRIANGLES]
+def test_more_texels_miss_less(known_view, method):
+    wrong = [known_view.compare(method, lookup=lookup).misclassified_count for lookup in TRIANGLES]
     assert wrong[0] >= wrong[1] >= wrong[2]
 
 
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
-def test_auto_is_as_good_as_the_better_one(judged, method):
+def test_auto_is_as_good_as_the_better_one(known_view, method):
     wrong = {
-        lookup: judged.compare(method, lookup=lookup).misclassified_count
+        lookup: known_view.compare(method, lookup=lookup).misclassified_count
         for lookup in ("auto", "auto_5x5", "depth", "triangle")
     }
     print(wrong)
@@ -70,12 +70,14 @@ def test_auto_is_as_good_as_the_better_one(judged, method):
 
 
 @pytest.mark.parametrize("lookup", ["depth", "triangle", "auto", "auto_5x5"])
-def test_tears_cost_nothing(judged, lookup):
+def test_seams_cost_nothing(known_view, lookup):
     """Every four texels there are two functions that know nothing of each other. What lies across
-    was taken for a neighbour once, which gave 1.4 to 3.5 times the wrong pixels of fewer tears; by
+    was taken for a neighbour once, which gave 1.4 to 3.5 times the wrong pixels of fewer seams; by
     triangles, on the floor, as many."""
-    few = judged.compare("notw", lookup=lookup, resolution=512, function_count=16)
-    many = judged.compare("notw", lookup=lookup, resolution=512, function_count=128, smoothing=0.0)
+    few = known_view.compare("notw", lookup=lookup, resolution=512, function_count=16)
+    many = known_view.compare(
+        "notw", lookup=lookup, resolution=512, function_count=128, smoothing=0.0
+    )
     assert many.misclassified_count <= 1.05 * few.misclassified_count + 10
 
 
@@ -89,9 +91,9 @@ def test_a_hilly_land_has_no_shadow_at_noon(method, lookup):
     assert not (truth.visibility == 0).any()
     for resolution in (64, 128, 256):
         made = lx.METHODS[method](resolution=resolution, lookup=lookup)
-        judged = lx.compare(lx.render(land, camera, noon, made), truth)
+        found = lx.compare(lx.render(land, camera, noon, made), truth)
         # Of some 100,000; hundreds where a texel's bias knows nothing of how far it reaches.
-        assert judged.false_shadow_count <= 10
+        assert found.false_shadow_count <= 10
 
 
 @pytest.mark.parametrize("direction", [(0.2, -1, 0.1), (0.6, -1, 0.3)])
@@ -120,10 +122,10 @@ def test_what_one_row_of_texels_saw_is_no_shadow_beside_it(direction):
     assert false_shadow["depth"] > 1000
 
 
-def test_depth_lookup_stores_no_triangles(judged):
+def test_depth_lookup_stores_no_triangles(known_view):
     """What a lookup does not read is not stored: half the memory, the same depths."""
     maps = [
-        lx.render(*judged.view, lx.DesiredView(lookup=lookup)).shadow_map
+        lx.render(*known_view.view, lx.DesiredView(lookup=lookup)).shadow_map
         for lookup in ("depth", "auto")
     ]
     assert maps[0].tobytes() == maps[1].tobytes()

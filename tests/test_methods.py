@@ -1,9 +1,9 @@
 """How many pixels each method may get wrong on each built-in scene.
 
-The counts are of 640 x 360 pixels with the default parameters, ties left out, under the scene's sun
-or, where a method needs one, a lamp above its middle. They are about a tenth above what was
-measured: a change that makes a method worse fails here, and one that makes it better should lower
-its bounds. `pytest -rP tests/test_methods.py` prints what is measured now.
+The counts are of 640 x 360 pixels with the default parameters, ties left out, in the scene's own
+light or, where a method needs a position, in a light above its middle. They are about a tenth above
+what was measured: a change that makes a method worse fails here, and one that makes it better
+should lower its bounds. `pytest -rP tests/test_methods.py` prints what is measured now.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from lixel.scenes import GENERATORS
 ARGUMENTS = {"objects_on_floor": {"subdivisions": 3}, "terrain": {"cells": 300}}
 
 # Raised: uniform, cascades, rtw and desired_view in colonnade. Maps turned across the scene's edges
-# leave fewer wrong pixels over suns and scenes, but not in this view (desired_view 296 where an
-# unturned map has 271). Sixteen turns instead of eight leave as many over 336 suns; in this view
+# leave fewer wrong pixels over lights and scenes, but not in this view (desired_view 296 where an
+# unturned map has 271). Sixteen turns instead of eight leave as many over 336 lights; in this view
 # uniform has 380 for 330, cascades 53 for 43, rtw 120 for 104, desired_view 296 for 326. cascades
 # has 789 for 737 in grass and 152 for 190 in objects_on_floor; four others have 2 to 9 % fewer in
 # grass.
@@ -187,18 +187,18 @@ def lit_by(name: str, light: lx.Light) -> tuple[lx.Scene, lx.Camera, lx.Light, l
     return *view, lx.reference(*view)
 
 
-def judged(name: str) -> tuple[lx.Scene, lx.Camera, lx.Light, lx.Reference]:
+def view_and_truth(name: str) -> tuple[lx.Scene, lx.Camera, lx.Light, lx.Reference]:
     return lit_by(name, made(name).lights["default"])
 
 
 def light_for(method: str, name: str) -> lx.Light:
-    """The scene's light, or a lamp above its middle for a method that needs one."""
+    """The scene's light, or a light above its middle for a method that needs one."""
     scene = made(name)
     low, high = scene.bounds
     size = high - low
-    lamp = (low + high) / 2 + (0.13 * size[0], 0.37 * size.max(), 0.07 * size[2])
-    spot = lx.SpotLight(lamp, (-0.1, -1, 0.1), 0.9)
-    lights = (scene.lights["default"], lx.PointLight(lamp), spot)
+    position = (low + high) / 2 + (0.13 * size[0], 0.37 * size.max(), 0.07 * size[2])
+    spot = lx.SpotLight(position, (-0.1, -1, 0.1), 0.9)
+    lights = (scene.lights["default"], lx.PointLight(position), spot)
     return next(light for light in lights if lx.METHODS[method]().takes(light))
 
 
@@ -225,7 +225,7 @@ def test_misclassified_pixels(name, method):
 
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_finer_maps_are_less_wrong(method):
-    *view, truth = judged("colonnade")
+    *view, truth = view_and_truth("colonnade")
     chosen = lx.method_from(method)
     wrong = [
         lx.compare(
@@ -239,7 +239,7 @@ def test_finer_maps_are_less_wrong(method):
 @pytest.mark.parametrize("method", lx.methods.MAP_METHODS)
 def test_the_automatic_bias_is_among_the_best(method):
     """It is not the best on every scene: none is."""
-    *view, truth = judged("objects_on_floor")
+    *view, truth = view_and_truth("objects_on_floor")
     wrong = {
         bias: lx.compare(
             lx.render(*view, lx.methods.MAP_METHODS[method](lookup="depth", bias=bias)), truth

@@ -52,13 +52,13 @@ def floor_and_box() -> lx.Scene:
 
 
 @pytest.mark.parametrize("method", METHODS, ids=name_of)
-@pytest.mark.parametrize("lamp", [(1.7, 3.1, 2.3), (-4.1, 2.7, 1.3)])
-def test_a_floor_of_two_triangles_needs_no_tessellation(method, lamp):
+@pytest.mark.parametrize("position", [(1.7, 3.1, 2.3), (-4.1, 2.7, 1.3)])
+def test_a_floor_of_two_triangles_needs_no_tessellation(method, position):
     scene = floor_and_box()
     camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
-    truth = lx.reference(scene, camera, lx.PointLight(lamp))
+    truth = lx.reference(scene, camera, lx.PointLight(position))
     assert (truth.visibility == 0).sum() > 300
-    result = wrong(scene, camera, lx.PointLight(lamp), method)
+    result = wrong(scene, camera, lx.PointLight(position), method)
     assert result.misclassified_count < 0.001 * result.covered_count
 
 
@@ -67,13 +67,13 @@ def test_a_floor_of_two_triangles_needs_no_tessellation(method, lamp):
 def test_triangles_all_around_the_light(method, seed):
     """They cross layers, pass behind the light and reach over a paraboloid's rim."""
     scene = soup(seed)
-    lamp = np.random.default_rng(seed).uniform(-0.4, 0.4, 3)
+    position = np.random.default_rng(seed).uniform(-0.4, 0.4, 3)
     camera = lx.Camera.look_at((1.5, 1.1, 2.5), (0, 0, 0), yfov=0.9, **IMAGE)
     triangle = dataclasses.replace(method, lookup="triangle")
-    result = wrong(scene, camera, lx.PointLight(lamp), triangle)
+    result = wrong(scene, camera, lx.PointLight(position), triangle)
     assert result.false_shadow_count == 0
     assert result.false_lit_count < 0.02 * result.covered_count
-    result = wrong(scene, camera, lx.PointLight(lamp), method)
+    result = wrong(scene, camera, lx.PointLight(position), method)
     assert result.misclassified_count < 0.02 * result.covered_count
 
 
@@ -128,13 +128,13 @@ def test_a_light_in_an_awkward_place_is_right_or_a_tie(method, place):
     scene = lx.scenes.plane_and_box()
     eye = np.array((4.0, 5.0, 7.0))
     camera = lx.Camera.look_at(eye, (0, 0.3, 0), yfov=0.9, **IMAGE)
-    lamp = {
+    position = {
         "on a surface": (0.9, 0.0, 0.8),
         "on a vertex": scene.vertices[scene.vertices[:, 1].argmax()],
         "at the eye": eye,
         "far away": (3e6, 9e6, 2e6),
     }[place]
-    light = lx.PointLight(lamp)
+    light = lx.PointLight(position)
     visibility = lx.render_shadows(scene, camera, light, method)
     assert set(np.unique(visibility[~np.isnan(visibility)])) <= {0.0, 1.0}
     result = wrong(scene, camera, light, method)
@@ -144,12 +144,12 @@ def test_a_light_in_an_awkward_place_is_right_or_a_tie(method, place):
 def test_methods_refuse_lights_that_they_are_not_made_for():
     scene = lx.scenes.plane_and_box()
     camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
-    sun, lamp = lx.DirectionalLight((0, -1, 0)), lx.PointLight((0, 3, 0))
+    directional, point = lx.DirectionalLight((0, -1, 0)), lx.PointLight((0, 3, 0))
     for method in ("cube", "dual_paraboloid", "cube+rtw"):
-        assert not lx.method_from(method).takes(sun)
+        assert not lx.method_from(method).takes(directional)
         with pytest.raises(ValueError, match="needs a light with a position, got a directional"):
-            lx.render_shadows(scene, camera, sun, method)
-    for light in (sun, lamp):
+            lx.render_shadows(scene, camera, directional, method)
+    for light in (directional, point):
         assert not lx.Spot().takes(light)
         with pytest.raises(ValueError, match="needs a spot light, got a"):
             lx.render_shadows(scene, camera, light, "spot")
@@ -177,7 +177,7 @@ def test_the_cube_knows_its_aliasing_error():
     camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
     light = lx.PointLight((1.7, 3.1, 2.3))
     frame = lx.render(scene, camera, light, lx.Uniform(resolution=64))
-    # A face of 64 texels over a right angle: at the lamp's foot a texel is 2 / 64 of its height.
+    # A face of 64 texels over a right angle: below the light a texel is 2 / 64 of its height.
     points = frame.position
     foot = np.linalg.norm(points - np.array((1.7, 0, 2.3)), axis=-1)
     place = np.unravel_index(np.nanargmin(foot), foot.shape)
@@ -191,7 +191,7 @@ def test_the_cube_knows_its_aliasing_error():
 
 
 def test_an_improved_paraboloid_turns_with_the_receivers():
-    """A long picture of a floor next to a lamp is as fine however the camera is rolled."""
+    """A long picture of a floor next to a light is as fine however the camera is rolled."""
     scene = lx.scenes.plane_and_box()
     light = lx.PointLight((1.5, 4.0, 0.5))
     mean = {}

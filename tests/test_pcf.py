@@ -12,9 +12,9 @@ import lixel as lx
 
 WARPED = lx.Pcf(radius=3.0, samples=32, space="warped")
 SOFT = lx.Pcf(radius=0.4, samples=64, space="unwarped")
-SUN = lx.DirectionalLight((0.0, -1.0, -0.3))
-LAMP = lx.PointLight((0.5, 9.0, 1.0))
-OF_A_LAMP = ("cube", "dual_paraboloid", "cube+notw", "dual_paraboloid+rtw")
+DIRECTIONAL = lx.DirectionalLight((0.0, -1.0, -0.3))
+POINT = lx.PointLight((0.5, 9.0, 1.0))
+OF_A_POINT_LIGHT = ("cube", "dual_paraboloid", "cube+notw", "dual_paraboloid+rtw")
 
 
 def with_lookup(method: str, lookup: str | lx.Pcf, resolution: int = 256) -> lx.Method:
@@ -51,25 +51,28 @@ def floor_only(frame: lx.Frame) -> np.ndarray:
 
 
 def methods_and_lights() -> list[tuple[str, lx.Light]]:
-    return [(method, light) for light in (SUN, LAMP) for method in lx.methods.MAP_METHODS] + [
-        (method, LAMP) for method in OF_A_LAMP
-    ]
+    return [
+        (method, light) for light in (DIRECTIONAL, POINT) for method in lx.methods.MAP_METHODS
+    ] + [(method, POINT) for method in OF_A_POINT_LIGHT]
 
 
 @pytest.mark.parametrize("height", [1.0, 0.05, 0.003])
 @pytest.mark.parametrize("lookup", [dataclasses.replace(WARPED, radius=8.0), SOFT])
 def test_a_lit_plane_stays_lit_at_grazing_angles(lookup, height):
     scene = scene_of(square(30.0, 0.0))
-    sun = lx.DirectionalLight((-1.0, -height, 0.4))
-    lamp = lx.PointLight((3.0, 20.0 * height, 1.0))
+    directional = lx.DirectionalLight((-1.0, -height, 0.4))
+    point_light = lx.PointLight((3.0, 20.0 * height, 1.0))
     for method, light in methods_and_lights():
         shown = lx.render_shadows(
-            scene, CAMERA, sun if light is SUN else lamp, with_lookup(method, lookup)
+            scene,
+            CAMERA,
+            directional if light is DIRECTIONAL else point_light,
+            with_lookup(method, lookup),
         )
         assert not (shown < 1.0).any(), (method, light)
 
 
-@pytest.mark.parametrize("light", [SUN, LAMP], ids=["sun", "lamp"])
+@pytest.mark.parametrize("light", [DIRECTIONAL, POINT], ids=["directional", "point"])
 def test_unwarped_penumbras_have_the_radius_in_world_units_whatever_the_map(light):
     methods = [method for method, made_for in methods_and_lights() if made_for is light]
     for method in methods:
@@ -77,14 +80,14 @@ def test_unwarped_penumbras_have_the_radius_in_world_units_whatever_the_map(ligh
         seen = floor_only(frame)
         # The edge's shadow is where the ray through (0, 2, z) meets the floor.
         x = frame.position[..., 0]
-        if light is SUN:
+        if light is DIRECTIONAL:
             across = x
         else:
             end = 0.5 - 0.5 * 9.0 / 7.0
             # From the plane of light through the edge.
             across = (x - end) * 9.0 / np.hypot(0.5 - end, 9.0)
         partly = seen & (frame.visibility > 0.0) & (frame.visibility < 1.0)
-        texel = 30.0 / 1024 * (3.0 if light is LAMP else 1.0)
+        texel = 30.0 / 1024 * (3.0 if light is POINT else 1.0)
         slack = 0.06 + texel
         assert partly.sum() > 200, method
         assert np.abs(across[partly]).max() < SOFT.radius + slack, method
@@ -102,8 +105,8 @@ def test_unwarped_penumbras_have_the_radius_in_world_units_whatever_the_map(ligh
 @pytest.mark.parametrize("method", ["uniform", "desired_view", "focused", "rtw"])
 def test_warped_penumbras_have_the_radius_in_texels(method):
     # Not along the texels' columns, where the edge would be moved by up to half of one.
-    sun = lx.DirectionalLight((0.35, -1.0, -0.6))
-    frame = lx.render(edge(), CAMERA, sun, with_lookup(method, WARPED))
+    directional = lx.DirectionalLight((0.35, -1.0, -0.6))
+    frame = lx.render(edge(), CAMERA, directional, with_lookup(method, WARPED))
     seen = floor_only(frame)
     points = frame.position[seen]
     at_edge = points * (0.0, 1.0, 1.0) + (0.7, 0.0, 0.0)
@@ -150,7 +153,7 @@ def test_a_disc_ends_at_a_tear(scene):
 @pytest.mark.parametrize("samples", [1, 2, 5, 16])
 def test_shares_are_those_of_so_many_samples(samples, space):
     lookup = lx.Pcf(0.3 if space == "unwarped" else 2.0, samples, space)
-    shown = lx.render_shadows(edge(), CAMERA, SUN, with_lookup("rtw", lookup))
+    shown = lx.render_shadows(edge(), CAMERA, DIRECTIONAL, with_lookup("rtw", lookup))
     shares = np.unique(shown[~np.isnan(shown)])
     assert ((shares >= 0.0) & (shares <= 1.0)).all()
     # But for points off the map, which are left out of the mean.
@@ -178,10 +181,10 @@ def test_a_shadow_has_no_light_line_where_layers_meet():
     """Points off a face or a cascade are left out rather than lit."""
     roof = scene_of(square(30.0, 0.0), square(60.0, 4.0))
     for method, light in (
-        ("cascades", SUN),
+        ("cascades", DIRECTIONAL),
         ("cube", lx.PointLight((0.4, 9.0, 0.3))),
         ("uniform", lx.PointLight((0.4, 9.0, 0.3))),
-        ("desired_view", SUN),
+        ("desired_view", DIRECTIONAL),
     ):
         for lookup in (WARPED, SOFT):
             frame = lx.render(roof, CAMERA, light, with_lookup(method, lookup))

@@ -21,10 +21,10 @@ SHARES = (None, 0.05, 0.025, 0.01)
 
 
 @cache
-def view(name: str, lamp: bool = False) -> tuple[lx.Scene, lx.Camera, lx.Light, lx.Reference]:
+def view(name: str, is_point: bool = False) -> tuple[lx.Scene, lx.Camera, lx.Light, lx.Reference]:
     scene = GENERATORS[name](**SCENES[name])
     light: lx.Light = scene.lights["default"]
-    if lamp:
+    if is_point:
         low, high = scene.bounds
         light = lx.PointLight((low + high) / 2 + (0.3, 0.3 * (high - low).max(), 0.2))
     seen = scene, scene.cameras["default"].resized(320, 180), light
@@ -43,7 +43,7 @@ def wrong(frame: lx.Frame, truth: lx.Reference) -> int:
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(
-    ("method", "lamp"),
+    ("method", "is_point"),
     [
         ("uniform", False),
         ("desired_view", False),
@@ -54,9 +54,9 @@ def wrong(frame: lx.Frame, truth: lx.Reference) -> int:
     ],
 )
 @pytest.mark.parametrize("share", [None, 0.02])
-def test_lines_stay_lines_where_nothing_is_warped(name, method, lamp, share):
+def test_lines_stay_lines_where_nothing_is_warped(name, method, is_point, share):
     """However they are cut: the pieces of a triangle are the triangle, and its neighbours fit."""
-    *seen, _ = view(name, lamp)
+    *seen, _ = view(name, is_point)
     linear = lx.render(*seen, drawn(method, share))
     exact = lx.render(*seen, dataclasses.replace(drawn(method), rasterization="exact"))
     # Texels whose rays pass an edge within rounding may see the other side.
@@ -87,7 +87,7 @@ def test_warped_edges_are_wrong_until_they_are_split(name, method):
 
 def test_paraboloids_are_wrong_until_they_are_split():
     """A floor of two triangles, as in Brabec et al.: its edges are circles in the map."""
-    *seen, truth = view("plane_and_box", lamp=True)
+    *seen, truth = view("plane_and_box", is_point=True)
     counts = [wrong(lx.render(*seen, drawn("dual_paraboloid", share)), truth) for share in SHARES]
     chosen = dataclasses.replace(drawn("dual_paraboloid"), rasterization="exact")
     exact = wrong(lx.render(*seen, chosen), truth)
@@ -97,7 +97,7 @@ def test_paraboloids_are_wrong_until_they_are_split():
 
 
 def test_an_edge_from_near_to_behind_the_light_is_cut():
-    """Triangles that reach behind a lamp have corners without a place in a face of a cube."""
+    """Triangles that reach behind a light have corners without a place in a face of a cube."""
     floor = [[-40, 0, -40], [40, 0, -40], [0, 0, 60]]
     wall = [[-1, -5, -2], [1, -5, -2], [0, 15, 1]]
     scene = lx.Scene(np.array([*floor, *wall], float), np.arange(6).reshape(2, 3))
@@ -114,7 +114,7 @@ def test_an_edge_from_near_to_behind_the_light_is_cut():
 
 @pytest.mark.parametrize("method", ["rtw", "notw", "dual_paraboloid"])
 def test_same_bytes_at_every_run(method):
-    *seen, _ = view("city", lamp=method == "dual_paraboloid")
+    *seen, _ = view("city", is_point=method == "dual_paraboloid")
     chosen = drawn(method, 0.02, lookup="auto")
     runs = {lx.render(*seen, chosen).shadow_map.tobytes() for _ in range(3)}
     assert len(runs) == 1

@@ -151,9 +151,9 @@ def test_vertices_that_move_again_and_again(ray_queries):
 
 def test_several_lights_share_the_structure(ray_queries, view):
     scene, camera, light = view
-    lamp = lx.PointLight((1.0, 4.0, 1.0))
-    together = lx.render_shadows(scene, camera, [light, lamp, light], ray_queries)
-    for layer, alone in zip(together, (light, lamp, light), strict=True):
+    point_light = lx.PointLight((1.0, 4.0, 1.0))
+    together = lx.render_shadows(scene, camera, [light, point_light, light], ray_queries)
+    for layer, alone in zip(together, (light, point_light, light), strict=True):
         assert layer.tobytes() == lx.render_shadows(scene, camera, alone, ray_queries).tobytes()
 
 

@@ -38,10 +38,10 @@ def test_tiles_that_no_receiver_looks_at_change_nothing(method, lookup):
         (lx.DirectionalLight((0.8, -0.5, -0.3)), 256),
         (lx.PointLight((1.0, 4.0, 2.0)), 128),
     ],
-    ids=["high-64", "high-512", "low-64", "low-256", "lamp-128"],
+    ids=["high-64", "high-512", "low-64", "low-256", "point-128"],
 )
 def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count):
-    """The lookup goes on across tears, and triangles hide what lies behind them in whole tiles."""
+    """The lookup goes on across seams, and triangles hide what lies behind them in whole tiles."""
     fit = "desired_view" if isinstance(light, lx.DirectionalLight) else "cube"
     for subdivisions, width, height in ((2, 60, 40), (4, 96, 64)):
         scene = lx.scenes.objects_on_floor(count=16, subdivisions=subdivisions)

@@ -159,10 +159,15 @@ def test_large_and_small_frames_in_turn():
 
 
 def test_a_list_of_lights_gives_a_layer_for_each(view):
-    scene, camera, sun = view
+    scene, camera, directional = view
     # More than are rendered at a time, and one that no surface faces.
-    suns = [lx.DirectionalLight((x, -1.0, 0.3)) for x in (-0.4, -0.2, 0.0, 0.5)]
-    lights = [sun, *suns, lx.DirectionalLight((0.0, 1.0, 0.0)), lx.PointLight((2.0, 6.0, 1.0))]
+    others = [lx.DirectionalLight((x, -1.0, 0.3)) for x in (-0.4, -0.2, 0.0, 0.5)]
+    lights = [
+        directional,
+        *others,
+        lx.DirectionalLight((0.0, 1.0, 0.0)),
+        lx.PointLight((2.0, 6.0, 1.0)),
+    ]
     names = ("desired_view", "scene_optimized", "notw", "exact", "ray_traced", "shadow_volumes")
     for method in names:
         # Moved vertices: nothing is known of what the camera sees.
@@ -176,15 +181,15 @@ def test_a_list_of_lights_gives_a_layer_for_each(view):
 
 
 def test_several_lights_share_what_the_camera_sees(view):
-    scene, camera, sun = view
-    lx.render_shadows(scene, camera, (sun, sun))
-    assert "visibility" in lx.render(scene, camera, sun).stats["skipped"]
+    scene, camera, directional = view
+    lx.render_shadows(scene, camera, (directional, directional))
+    assert "visibility" in lx.render(scene, camera, directional).stats["skipped"]
 
 
 def test_what_is_no_light_in_a_list_is_named(view):
-    scene, camera, sun = view
+    scene, camera, directional = view
     with pytest.raises(TypeError, match="light must be"):
-        lx.render_shadows(scene, camera, [sun, "sun"])
+        lx.render_shadows(scene, camera, [directional, "light"])
 
 
 def test_outputs_are_those_of_the_core(view):

@@ -350,7 +350,7 @@ def test_a_lit_plane_never_shadows_itself(method, degrees, cells):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_constant_bias_of_nothing_is_full_of_acne(method):
-    """What the test above would see if the bias did nothing; its default does for a high sun."""
+    """What the test above would see if the bias did nothing; its default does for a high light."""
     vertices, faces = grid(1)
     scene = lx.Scene(vertices, faces)
     camera = lx.Camera.look_at((0.2, 1.5, 1.9), (0, 0, 0), yfov=1.0, width=WIDTH, height=HEIGHT)
@@ -386,14 +386,14 @@ def test_a_slope_bias_takes_off_what_a_texel_rises(method, azimuth):
 
 
 @pytest.mark.parametrize("method", [lx.Uniform, lx.DesiredView])
-@pytest.mark.parametrize("light", [(0.3, -1.0, 0.2), "lamp"])
+@pytest.mark.parametrize("light", [(0.3, -1.0, 0.2), "point"])
 def test_the_automatic_bias_spares_hills_whose_triangles_are_smaller_than_texels(method, light):
     """Neighbours' planes differ: with the receiver's plane alone a third of the lit pixels are in
     false shadow."""
     scene = lx.scenes.terrain(cells=200)
     camera = scene.cameras["default"].resized(160, 90)
-    lamp = lx.PointLight(np.add(camera.eye, (0.5, 1.0, 0.7)))
-    chosen = lamp if light == "lamp" else lx.DirectionalLight(light)
+    point_light = lx.PointLight(np.add(camera.eye, (0.5, 1.0, 0.7)))
+    chosen = point_light if light == "point" else lx.DirectionalLight(light)
     truth = lx.reference(scene, camera, chosen)
     false_shadow = {
         bias: lx.compare(
@@ -406,8 +406,8 @@ def test_the_automatic_bias_spares_hills_whose_triangles_are_smaller_than_texels
     }
     lit = np.count_nonzero(truth.visibility == 1.0)
     assert false_shadow["receiver_plane"] > 0.2 * lit
-    # Close to the lamp a texel of the cube's faces is seen at a grazing angle.
-    assert false_shadow["auto"] <= (0.03 * lit if light == "lamp" else 0)
+    # Close to the light a texel of the cube's faces is seen at a grazing angle.
+    assert false_shadow["auto"] <= (0.03 * lit if light == "point" else 0)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -546,7 +546,7 @@ def test_casters_that_reach_no_receiver_are_culled_and_not_missed():
 
 
 def test_a_caster_beyond_the_view_and_far_up_still_casts():
-    """A roof between the sun and what is seen, a thousand units up."""
+    """A roof between the light and what is seen, a thousand units up."""
     vertices, faces = grid(1)
     roof = vertices * 50 + (0, 1000, 0)
     scene = lx.Scene(np.concatenate([vertices * 10, roof]), np.concatenate([faces, faces + 4]))

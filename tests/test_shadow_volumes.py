@@ -24,7 +24,7 @@ FLOOR = np.array([[-4, 0, -4], [4, 0, -4], [4, 0, 4], [-4, 0, 4]], float)
 FLOOR_FACES = np.array([[0, 2, 1], [0, 3, 2]])
 
 
-def judged(scene, camera, light):
+def compared(scene, camera, light):
     return lx.compare(
         lx.render_shadows(scene, camera, light, "shadow_volumes"),
         lx.reference(scene, camera, light),
@@ -45,7 +45,7 @@ def box(low, high):
     return low + (high - low) * np.array(corners), np.array(faces)
 
 
-def lamps(scene: lx.Scene) -> list[lx.Light]:
+def lights_with_a_position(scene: lx.Scene) -> list[lx.Light]:
     low, high = scene.bounds
     inside = low + (high - low) * [0.45, 0.6, 0.55]
     above = low + (high - low) * [0.3, 1.5, 0.7]
@@ -62,9 +62,9 @@ def lamps(scene: lx.Scene) -> list[lx.Light]:
 @pytest.mark.parametrize("name", GENERATORS)
 def test_hardly_a_pixel_is_wrong(name):
     scene = small(name)
-    for light in lamps(scene):
+    for light in lights_with_a_position(scene):
         for label, camera in list(cameras(scene))[:5]:
-            result = judged(scene, camera, light)
+            result = compared(scene, camera, light)
             assert result.misclassified_count <= MAX_WRONG.get(name, 0), (label, light)
 
 
@@ -87,7 +87,7 @@ def test_every_pixel(subtests, meshes):
             with subtests.test(mesh=name, light=light):
                 for eye in EYES:
                     camera = lx.Camera.look_at(eye, (0, 0.5, 0.1), yfov=1.4, **SIZE)
-                    assert judged(scene, camera, light).misclassified_count == 0, eye
+                    assert compared(scene, camera, light).misclassified_count == 0, eye
 
 
 @pytest.fixture
@@ -122,11 +122,11 @@ def test_a_light_inside_a_closed_mesh():
     room, walls = box(low, high)
     chest, sides = box((-0.5, 0.7, -0.5), (0.5, 1.2, 0.5))
     scene = on_a_floor(np.concatenate([room, chest]), [*walls, *(sides + 8)])
-    lamp = lx.PointLight((0.3, 2.2, 0.2))
+    point_light = lx.PointLight((0.3, 2.2, 0.2))
     for eye in ((-1.8, 1.8, 1.7), (5.0, 4.0, 6.0)):
         camera = lx.Camera.look_at(eye, (0, 0.9, 0), yfov=1.2, **SIZE)
-        frame = lx.render(scene, camera, lamp, "shadow_volumes")
-        truth = lx.reference(scene, camera, lamp)
+        frame = lx.render(scene, camera, point_light, "shadow_volumes")
+        truth = lx.reference(scene, camera, point_light)
         assert lx.compare(frame, truth).misclassified_count == 0
         outside = np.maximum(low - frame.position, frame.position - high).max(axis=-1) > 1e-6
         assert not frame.visibility[outside].any()
@@ -143,7 +143,7 @@ def test_random_triangles():
             lx.DirectionalLight(random.normal(size=3)),
             lx.PointLight(random.uniform(-1, 1, 3)),
         ):
-            assert judged(scene, camera, light).misclassified_count <= 3, seed
+            assert compared(scene, camera, light).misclassified_count <= 3, seed
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
@@ -157,7 +157,7 @@ def test_any_unit_of_length_and_any_place(size):
     camera = camera.resized(SIZE["width"], SIZE["height"])
     camera = lx.Camera(pose, focal=camera.focal, centre=camera.centre, **SIZE)
     for each in (light, lx.PointLight(moved.bounds.mean(axis=0) + size * np.array([0, 30, 0]))):
-        assert judged(moved, camera, each).misclassified_count == 0
+        assert compared(moved, camera, each).misclassified_count == 0
 
 
 def test_the_same_bytes_twice():
@@ -173,12 +173,12 @@ def test_moved_vertices_cast_their_new_shadows():
     scene = on_a_floor(vertices[faces].reshape(-1, 3), np.arange(36).reshape(-1, 3))
     camera = lx.Camera.look_at((3.0, 2.5, 4.0), (0, 0.5, 0.1), yfov=1.2, **SIZE)
     light = LIGHTS[0]
-    assert judged(scene, camera, light).misclassified_count == 0
+    assert compared(scene, camera, light).misclassified_count == 0
     apart = scene.vertices.copy()
     middles = apart[4:].reshape(-1, 3, 3).mean(axis=1, keepdims=True)
     apart[4:] += (0.4 * (middles - middles.mean(axis=0))).repeat(3, axis=1).reshape(-1, 3)
     scene.update_vertices(apart)
-    assert judged(scene, camera, light).misclassified_count == 0
+    assert compared(scene, camera, light).misclassified_count == 0
 
 
 def test_what_is_drawn_is_counted():

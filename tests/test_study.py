@@ -42,7 +42,7 @@ def test_study_row_is_what_single_calls_give(view):
     table = lx.study(
         view.scene,
         cameras=view.camera,
-        lights={"sun": view.light},
+        lights={"from above": view.light},
         methods=[lx.RectilinearWarp(resolution=64)],
         repeats=3,
         progress=False,
@@ -57,7 +57,11 @@ def test_study_row_is_what_single_calls_give(view):
         np.nanmedian(frame.aliasing_error[found.facing]), rel=0.05
     )
     assert row["map_bytes"] == 64 * 64 * 8 + frame.warp_map.nbytes
-    assert (row["light"], row["light_kind"], row["method"]) == ("sun", "DirectionalLight", "rtw")
+    assert (row["light"], row["light_kind"], row["method"]) == (
+        "from above",
+        "DirectionalLight",
+        "rtw",
+    )
     assert (row["width"], row["height"], row["triangles"], row["repeats"]) == (96, 64, 14, 3)
     assert row["device"] == frame.adapter["name"]
     assert row["error"] is None

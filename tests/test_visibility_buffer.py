@@ -11,12 +11,12 @@ from views import HEIGHT, SMALL, WIDTH, cameras, small, soup
 import lixel as lx
 from lixel.scenes import GENERATORS
 
-SUN = lx.DirectionalLight((0.3, -1.0, 0.2))
+LIGHT = lx.DirectionalLight((0.3, -1.0, 0.2))
 
 
 def assert_agrees(scene: lx.Scene, camera: lx.Camera, most_ties: float = 0.05) -> lx.Frame:
-    frame = lx.render(scene, camera, SUN, lx.Uniform(resolution=64))
-    truth = lx.reference(scene, camera, SUN)
+    frame = lx.render(scene, camera, LIGHT, lx.Uniform(resolution=64))
+    truth = lx.reference(scene, camera, LIGHT)
     differ = (frame.triangle_id != truth.triangle_id) & ~truth.triangle_tie
     places = np.argwhere(differ)[:5].tolist()
     assert not differ.any(), f"{differ.sum()} pixels (row, column): {places}"
@@ -73,8 +73,8 @@ def test_far_from_the_origin(name):
             zfar=camera.zfar,
         )
         frame = assert_agrees(far, moved)
-        here = lx.render(near, camera, SUN, lx.Uniform(resolution=64))
-        truth = lx.reference(near, camera, SUN)
+        here = lx.render(near, camera, LIGHT, lx.Uniform(resolution=64))
+        truth = lx.reference(near, camera, LIGHT)
         # Rounding to float64 moved the vertices by less than anything visible.
         differ = (frame.triangle_id != here.triangle_id) & ~truth.triangle_tie
         assert not differ.any(), label
@@ -90,7 +90,7 @@ def test_a_small_thing_in_a_large_scene():
     )
     eye, image = np.array([1, 2, 3]), {"width": WIDTH, "height": HEIGHT, "znear": 0.1}
     camera = lx.Camera.look_at(away + eye, away, yfov=0.9, **image)
-    truth = lx.reference(near, lx.Camera.look_at(eye, (0, 0, 0), yfov=0.9, **image), SUN)
+    truth = lx.reference(near, lx.Camera.look_at(eye, (0, 0, 0), yfov=0.9, **image), LIGHT)
     frame = assert_agrees(scene, camera)
     differ = (frame.triangle_id != truth.triangle_id) & ~truth.triangle_tie
     assert not differ.any()
@@ -137,7 +137,7 @@ def test_triangles_of_zero_area_change_nothing():
     spoilt = lx.Scene(vertices, np.concatenate([faces, line, point, [sliver]]))
     assert spoilt.degenerate_count == 1001
     frame = assert_agrees(spoilt, camera)
-    clean = lx.render(scene, camera, SUN, lx.Uniform(resolution=64))
+    clean = lx.render(scene, camera, LIGHT, lx.Uniform(resolution=64))
     assert np.array_equal(frame.triangle_id, clean.triangle_id)
     assert np.array_equal(frame.visibility, clean.visibility, equal_nan=True)
     assert frame.stats["degenerate_triangles"] == 1001

@@ -41,6 +41,14 @@ def reals(name: str, value: npt.ArrayLike, *shape: int | str) -> npt.NDArray[np.
         return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def finite(name: str, value: npt.ArrayLike, *shape: int | str) -> npt.NDArray[np.float64]:
+    """As `reals`, without infinite numbers and NaN."""
+    array = reals(name, value, *shape)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, got {array.tolist()}")
+    return array
+
+
 def real(name: str, value: Any) -> float:
     """A single real number."""
     array = np.asarray(value)
@@ -81,9 +89,7 @@ def needs(module: str, extra: str) -> Any:
 
 def unit_vector(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """A direction, (3,) of any length but zero, at length 1."""
-    vector = reals(name, value, 3)
-    if not np.isfinite(vector).all():
-        raise ValueError(f"{name} must be finite, got {vector.tolist()}")
+    vector = finite(name, value, 3)
     largest = np.abs(vector).max()
     if largest == 0.0:
         raise ValueError(f"{name} must not have zero length, got {vector.tolist()}")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Protocol, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arguments import count, real, reals, unit_vector
+from .arguments import count, finite, real, reals, unit_vector
 
 if TYPE_CHECKING:
     import trimesh
@@ -103,16 +103,9 @@ class Camera:
         far = real("zfar", zfar)
         if not far > 0.0:
             raise ValueError(f"zfar must be greater than 0, got {far}")
-        for field, value in {
-            "pose": world_from_camera,
-            "focal": _pair("focal", focal),
-            "centre": (size[0] / 2, size[1] / 2) if centre is None else _pair("centre", centre),
-            "width": size[0],
-            "height": size[1],
-            "znear": near,
-            "zfar": far,
-            "_compiled": None,
-        }.items():
+        middle = (size[0] / 2, size[1] / 2) if centre is None else _pair("centre", centre)
+        values = (world_from_camera, _pair("focal", focal), middle, *size, near, far, None)
+        for field, value in zip((*_FIELDS, "_compiled"), values, strict=True):
             object.__setattr__(self, field, value)
         # The rest of the rules are the core's. Without a near plane, any valid one serves.
         self._with_znear(min(1.0, 0.5 * far) if near is None else near)
@@ -149,9 +142,7 @@ class Camera:
         ValueError
             `eye` equals `target`, or `up` is zero or along the view.
         """
-        start, end = reals("eye", eye, 3), reals("target", target, 3)
-        if not np.isfinite(start).all():
-            raise ValueError(f"eye must be finite, got {start.tolist()}")
+        start, end = finite("eye", eye, 3), reals("target", target, 3)
         if np.array_equal(start, end):
             raise ValueError(f"target must differ from eye, got {start.tolist()} for both")
         forward = unit_vector("target", end - start)
@@ -164,9 +155,7 @@ class Camera:
                 f"got up {upward.tolist()} and view {forward.tolist()}"
             )
         right = unit_vector("up", side)
-        pose = np.eye(4)
-        pose[:3, 0], pose[:3, 1], pose[:3, 2] = right, np.cross(right, forward), -forward
-        pose[:3, 3] = start
+        pose = pose_of(start, forward, right)
         return cls(pose, yfov=yfov, width=width, height=height, znear=znear, zfar=zfar)
 
     @classmethod
@@ -201,15 +190,8 @@ class Camera:
                 "intrinsics must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], without skew, "
                 f"got {matrix.tolist()}"
             )
-        return cls(
-            pose,
-            focal=(matrix[0, 0], matrix[1, 1]),
-            centre=(matrix[0, 2], matrix[1, 2]),
-            width=width,
-            height=height,
-            znear=znear,
-            zfar=zfar,
-        )
+        lens: dict[str, Any] = {"focal": matrix[[0, 1], [0, 1]], "centre": matrix[:2, 2]}
+        return cls(pose, **lens, width=width, height=height, znear=znear, zfar=zfar)
 
     @classmethod
     def from_pyrender(
@@ -253,9 +235,15 @@ class Camera:
                 "camera must be a pyrender PerspectiveCamera or IntrinsicsCamera, "
                 f"got {type(camera).__name__}"
             )
-        return cls._from_aspect(
-            pose, camera.yfov, getattr(camera, "aspectRatio", None), width, height, **depths
-        )
+        made = cls(pose, yfov=camera.yfov, width=width, height=height, **depths)
+        aspect = getattr(camera, "aspectRatio", None)
+        if aspect is None:
+            return made
+        # An aspect ratio of its own stretches the image where it is not the size's.
+        if not (math.isfinite(aspect) and aspect > 0.0):
+            raise ValueError(f"aspect ratio must be finite and greater than 0, got {aspect}")
+        fy = made.focal[1]
+        return made._replaced(focal=(fy * made.width / (made.height * aspect), fy))
 
     @classmethod
     def from_trimesh(
@@ -293,44 +281,15 @@ class Camera:
         width, height = (int(n) for n in camera.resolution)
         return cls.from_intrinsics(camera.K, pose, width, height, znear=znear, zfar=zfar)
 
-    @classmethod
-    def _from_aspect(
-        cls,
-        pose: npt.ArrayLike,
-        yfov: float,
-        aspect: float | None,
-        width: SupportsIndex,
-        height: SupportsIndex,
-        **depths: Any,
-    ) -> Camera:
-        """With an aspect ratio of its own, which stretches the image where it is not the size's."""
-        camera = cls(pose, yfov=yfov, width=width, height=height, **depths)
-        if aspect is None:
-            return camera
-        if not (math.isfinite(aspect) and aspect > 0.0):
-            raise ValueError(f"aspect ratio must be finite and greater than 0, got {aspect}")
-        fx = camera.focal[1] * camera.width / (camera.height * aspect)
-        return cls(
-            pose, focal=(fx, camera.focal[1]), width=camera.width, height=camera.height, **depths
-        )
-
     def resized(self, width: SupportsIndex, height: SupportsIndex) -> Camera:
         """The same camera with another image size: the vertical angle of view and the shape of a
         pixel stay, the horizontal angle follows."""
         size = (count("width", width, "pixels"), count("height", height, "pixels"))
         scale = size[1] / self.height
-        return Camera(
-            self.pose,
-            focal=(self.focal[0] * scale, self.focal[1] * scale),
-            centre=(
-                size[0] / 2 + (self.centre[0] - self.width / 2) * scale,
-                self.centre[1] * scale,
-            ),
-            width=size[0],
-            height=size[1],
-            znear=self.znear,
-            zfar=self.zfar,
-        )
+        focal = (self.focal[0] * scale, self.focal[1] * scale)
+        across = size[0] / 2 + (self.centre[0] - self.width / 2) * scale
+        centre = (across, self.centre[1] * scale)
+        return self._replaced(focal=focal, centre=centre, width=size[0], height=size[1])
 
     def posed(self, pose: npt.ArrayLike) -> Camera:
         """The same camera elsewhere.
@@ -340,15 +299,11 @@ class Camera:
         pose : (4, 4) float
             Camera-to-world, a rotation and a translation.
         """
-        return Camera(
-            pose,
-            focal=self.focal,
-            centre=self.centre,
-            width=self.width,
-            height=self.height,
-            znear=self.znear,
-            zfar=self.zfar,
-        )
+        return self._replaced(pose=pose)
+
+    def _replaced(self, **changes: Any) -> Camera:
+        """The same camera with other values for some of its fields."""
+        return Camera(**{name: getattr(self, name) for name in _FIELDS} | changes)
 
     # --- What it knows of itself ---
 
@@ -365,13 +320,8 @@ class Camera:
     @property
     def intrinsics(self) -> npt.NDArray[np.float64]:
         """(3, 3) float64: ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`` in pixels."""
-        return np.array(
-            [
-                [self.focal[0], 0.0, self.centre[0]],
-                [0.0, self.focal[1], self.centre[1]],
-                [0.0, 0.0, 1.0],
-            ]
-        )
+        (fx, fy), (cx, cy) = self.focal, self.centre
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
     def project(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Where points of the world appear in the image.
@@ -401,7 +351,7 @@ class Camera:
 
     def _key(self) -> tuple[Any, ...]:
         pose = tuple(self.pose.ravel().tolist())
-        return pose, self.focal, self.centre, self.width, self.height, self.znear, self.zfar
+        return pose, *(getattr(self, name) for name in _FIELDS[1:])
 
     def __eq__(self, other: object) -> bool:
         return self._key() == other._key() if isinstance(other, Camera) else NotImplemented
@@ -418,16 +368,8 @@ class Camera:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        make = functools.partial(
-            Camera,
-            focal=self.focal,
-            centre=self.centre,
-            width=self.width,
-            height=self.height,
-            znear=self.znear,
-            zfar=self.zfar,
-        )
-        return make, (self.pose,)
+        fields = {name: getattr(self, name) for name in _FIELDS}
+        return functools.partial(Camera, **fields), ()
 
     # --- For the core ---
 
@@ -452,6 +394,18 @@ class Camera:
             # The same object for the same scene, so that the core knows what it has seen.
             object.__setattr__(self, "_compiled", compiled)
         return compiled[1]
+
+
+_FIELDS = tuple(field.name for field in fields(Camera))
+
+
+def pose_of(
+    eye: npt.NDArray[np.float64], forward: npt.NDArray[np.float64], right: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Camera-to-world, (4, 4), from a point and two unit vectors at a right angle, (3,) each."""
+    pose = np.eye(4)
+    pose[:3] = np.stack([right, np.cross(right, forward), -forward, eye], axis=1)
+    return pose
 
 
 def _pair(name: str, value: Any) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .camera import Camera
+from .camera import Camera, pose_of
 from .light import DirectionalLight, Light, PointLight, SpotLight
 
 _GLB_MAGIC = 0x46546C67
@@ -172,9 +172,7 @@ def _camera(
     forward = view / np.linalg.norm(view)
     side = np.cross(forward, up)
     right = side / np.linalg.norm(side)
-    pose = np.eye(4)
-    pose[:3, 0], pose[:3, 1], pose[:3, 2] = right, np.cross(right, forward), -forward
-    pose[:3, 3] = world_from_node[:3, 3]
+    pose = pose_of(world_from_node[:3, 3], forward, right)
     aspect = perspective.get("aspectRatio", 16 / 9)
     return Camera(
         pose,

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arguments import real, reals, unit_vector
+from .arguments import finite, real, reals, unit_vector
 
 
 class _Light:
@@ -50,15 +50,24 @@ class _Light:
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._values()
 
+    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """Which points in world space, (..., 3), the light would reach in an empty world."""
+        return np.ones(positions.shape[:-1], dtype=bool)
+
     def _core_light(self) -> _core.Light:
         return self._compiled
 
 
+class _LightWithPosition(_Light):
+    position: npt.NDArray[np.float64]
+
+    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+        """Vectors from points in world space to the light, (..., 3) each."""
+        return self.position - positions
+
+
 def _position(position: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    point = np.array(reals("position", position, 3))
-    if not np.isfinite(point).all():
-        raise ValueError(f"position must be finite, got {point.tolist()}")
-    return point
+    return np.array(finite("position", position, 3))
 
 
 class DirectionalLight(_Light):
@@ -108,12 +117,8 @@ class DirectionalLight(_Light):
         """Vectors from points in world space towards the light, (..., 3) each."""
         return np.broadcast_to(-self.direction, positions.shape)
 
-    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-        """Which points in world space, (..., 3), the light would reach in an empty world."""
-        return np.ones(positions.shape[:-1], dtype=bool)
 
-
-class PointLight(_Light):
+class PointLight(_LightWithPosition):
     """Rays from a point to all sides; immutable.
 
     Parameters
@@ -138,7 +143,6 @@ class PointLight(_Light):
     """
 
     _fields = ("position",)
-    position: npt.NDArray[np.float64]
 
     def __init__(self, position: npt.ArrayLike) -> None:
         point = _position(position)
@@ -149,16 +153,8 @@ class PointLight(_Light):
         """A light at the origin of a pose, (4, 4) light-to-world."""
         return cls(reals("pose", pose, 4, 4)[:3, 3])
 
-    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-        """Vectors from points in world space to the light, (..., 3) each."""
-        return self.position - positions
 
-    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-        """Which points in world space, (..., 3), the light would reach in an empty world."""
-        return np.ones(positions.shape[:-1], dtype=bool)
-
-
-class SpotLight(_Light):
+class SpotLight(_LightWithPosition):
     """Rays from a point within a cone, as glTF's spot lights; immutable.
 
     Parameters
@@ -192,7 +188,6 @@ class SpotLight(_Light):
     """
 
     _fields = ("position", "direction", "outer", "inner")
-    position: npt.NDArray[np.float64]
     direction: npt.NDArray[np.float64]
     outer: float
     inner: float
@@ -221,16 +216,11 @@ class SpotLight(_Light):
         matrix = reals("pose", pose, 4, 4)
         return cls(matrix[:3, 3], -matrix[:3, 2], outer, inner)
 
-    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-        """Vectors from points in world space to the light, (..., 3) each."""
-        return self.position - positions
-
     def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-        """Which points in world space, (..., 3), the light would reach in an empty world."""
         return _in_cone(positions - self.position, self.direction, math.cos(self.outer))
 
 
-class HemisphereLight(_Light):
+class HemisphereLight(_LightWithPosition):
     """Rays from a point to one side of a plane through it, as a paraboloid map holds; immutable.
 
     Parameters
@@ -257,19 +247,13 @@ class HemisphereLight(_Light):
     """
 
     _fields = ("position", "axis")
-    position: npt.NDArray[np.float64]
     axis: npt.NDArray[np.float64]
 
     def __init__(self, position: npt.ArrayLike, axis: npt.ArrayLike) -> None:
         point, unit = _position(position), unit_vector("axis", axis)
         self._set(_core.Light.hemisphere(point, unit), position=point, axis=unit)
 
-    def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-        """Vectors from points in world space to the light, (..., 3) each."""
-        return self.position - positions
-
     def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-        """Which points in world space, (..., 3), the light would reach in an empty world."""
         return _in_cone(positions - self.position, self.axis, 0.0)
 
 

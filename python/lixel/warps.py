@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Literal, TypeAlias
+
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import reals
 from .camera import Camera
-from .frame import frame_parts
+from .frame import Output, frame_parts
 from .light import Light
 from .methods import Method
 from .scene import Scene
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Indices: TypeAlias = npt.NDArray[np.int64]
+
+_SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
 def importance_map(
@@ -34,9 +41,7 @@ def importance_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    found = frame_parts(scene, camera, light, method, ["importance_map"]).outputs.importance_map
-    assert found is not None
-    return found
+    return _output("importance_map", scene, camera, light, method)
 
 
 def warp_map(
@@ -61,8 +66,15 @@ def warp_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    found = frame_parts(scene, camera, light, method, ["warp_map"]).outputs.warp_map
-    assert found is not None
+    return _output("warp_map", scene, camera, light, method)
+
+
+def _output(
+    name: Output, scene: Scene, camera: Camera, light: Light, method: str | Method
+) -> npt.NDArray[np.float32]:
+    found: npt.NDArray[np.float32] = getattr(
+        frame_parts(scene, camera, light, method, [name]).outputs, name
+    )
     return found
 
 
@@ -136,7 +148,7 @@ def unwarp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.
     )
 
 
-def _functions(warp: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def _functions(warp: npt.ArrayLike) -> Floats:
     functions = reals("warp", warp, 2, "functions", "boundaries")
     if functions.shape[1] < 1 or functions.shape[2] < 2:
         raise ValueError(f"warp must have a function and a cell, got shape {functions.shape}")
@@ -147,81 +159,43 @@ def _functions(warp: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return functions
 
 
-def _places_in_map(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def _places_in_map(points: npt.ArrayLike) -> Floats:
     places = reals("points", points, "n", 2)
     if np.isnan(places).any():
         row = int(np.flatnonzero(np.isnan(places).any(axis=1))[0])
         raise ValueError(f"points must be numbers, got {places[row].tolist()} in row {row}")
-    inside: npt.NDArray[np.float64] = np.clip(places, 0.0, 1.0)
-    return inside
+    return np.asarray(np.clip(places, 0.0, 1.0))
 
 
-def _index(count: int, place: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    index: npt.NDArray[np.int64] = np.minimum((place * count).astype(np.int64), count - 1)
-    return index
+def _index(count: int, place: Floats) -> Indices:
+    return np.asarray(np.minimum((place * count).astype(np.int64), count - 1))
 
 
-def _values(
-    functions: npt.NDArray[np.float64],
-    index: npt.NDArray[np.int64],
-    x: npt.NDArray[np.float64],
-) -> npt.NDArray[np.float64]:
+def _values(functions: Floats, index: Indices, x: Floats) -> Floats:
     cells = functions.shape[1] - 1
-    cell = np.minimum((x * cells).astype(np.int64), cells - 1)
+    cell = _index(cells, x)
     low, high = functions[index, cell], functions[index, cell + 1]
     # Between its boundaries whatever is rounded.
-    values: npt.NDArray[np.float64] = np.clip(low + (high - low) * (x * cells - cell), low, high)
-    return values
+    return np.asarray(np.clip(low + (high - low) * (x * cells - cell), low, high))
 
 
-def _places(
-    functions: npt.NDArray[np.float64],
-    index: npt.NDArray[np.int64],
-    value: npt.NDArray[np.float64],
-) -> npt.NDArray[np.float64]:
-    cells = functions.shape[1] - 1
-    crossings = [
-        _crossing(functions, index, value, _first(functions, index, value, strict=strict))
-        for strict in (False, True)
-    ]
-    middle: npt.NDArray[np.float64] = np.mean(crossings, axis=0) / cells
-    return middle
+def _places(functions: Floats, index: Indices, value: Floats) -> Floats:
+    crossings = [_crossings(functions, index, value, side) for side in _SIDES]
+    return np.asarray(np.mean(crossings, axis=0) / (functions.shape[1] - 1))
 
 
-def _first(
-    functions: npt.NDArray[np.float64],
-    index: npt.NDArray[np.int64],
-    value: npt.NDArray[np.float64],
-    *,
-    strict: bool,
-) -> npt.NDArray[np.int64]:
-    """The first boundary whose value reaches (strict: exceeds) each value, by bisection."""
-    low = np.zeros(len(value), np.int64)
-    high = np.full(len(value), functions.shape[1], np.int64)
-    while (low < high).any():
-        middle = (low + high) // 2
-        at = functions[index, np.minimum(middle, functions.shape[1] - 1)]
-        is_before = at <= value if strict else at < value
-        is_open = low < high
-        low = np.where(is_open & is_before, middle + 1, low)
-        high = np.where(is_open & ~is_before, middle, high)
-    return low
-
-
-def _crossing(
-    functions: npt.NDArray[np.float64],
-    index: npt.NDArray[np.int64],
-    value: npt.NDArray[np.float64],
-    boundary: npt.NDArray[np.int64],
-) -> npt.NDArray[np.float64]:
-    """Where, in cells, the function meets the value in the cell that ends at the boundary."""
+def _crossings(
+    functions: Floats, index: Indices, value: Floats, side: Literal["left", "right"]
+) -> Floats:
+    """Where, in cells, the functions first reach the values, or on the right first exceed them."""
+    boundary = np.empty(len(value), np.int64)
+    for function in np.unique(index):
+        own = index == function
+        boundary[own] = np.searchsorted(functions[function], value[own], side)
     last = functions.shape[1] - 1
     end = np.clip(boundary, 1, last)
     low, high = functions[index, end - 1], functions[index, end]
     rise = high - low
     part = np.where(rise > 0, (value - low) / np.where(rise > 0, rise, 1.0), 1.0)
     place = end - 1 + np.clip(part, 0.0, 1.0)
-    crossing: npt.NDArray[np.float64] = np.select(
-        [boundary == 0, boundary > last], [0.0, float(last)], place
-    )
-    return crossing
+    return np.select([boundary == 0, boundary > last], [0.0, float(last)], place)

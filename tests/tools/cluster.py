@@ -40,7 +40,7 @@ def study(workers: int, cases: int, journal: Path) -> tuple[int, float]:
 
     random = np.random.default_rng(7)
     count = -(-cases // (len(SCENES) * len(METHODS) * len(RESOLUTIONS)))
-    suns = {
+    directional_lights = {
         str(i): lx.DirectionalLight((x, -1.0, z))
         for i, (x, z) in enumerate(random.normal(size=(count, 2)))
     }
@@ -55,7 +55,7 @@ def study(workers: int, cases: int, journal: Path) -> tuple[int, float]:
         start = time.perf_counter()
         table = lx.study(
             SCENES,
-            lights=suns,
+            lights=directional_lights,
             methods=METHODS,
             parameters={"resolution": RESOLUTIONS},
             size=(320, 180),

@@ -27,8 +27,12 @@ def soak(renders: int, warm_up: int) -> tuple[int, int]:
     """Renders with every method in turn, under lights and with images of several kinds, some of
     them refused; memory after the first `warm_up` and after all."""
     scene = lx.scenes.plane_and_box()
-    lamp = lx.PointLight((1.0, 4.0, 0.5))
-    lights = (scene.lights["default"], lamp, lx.SpotLight((1.0, 4.0, 0.5), (0.0, -1.0, 0.0), 0.7))
+    point_light = lx.PointLight((1.0, 4.0, 0.5))
+    lights = (
+        scene.lights["default"],
+        point_light,
+        lx.SpotLight((1.0, 4.0, 0.5), (0.0, -1.0, 0.0), 0.7),
+    )
     methods = [
         method if method.name == "exact" or not hasattr(method, "resolution")
         else type(method)(resolution=64)

@@ -63,14 +63,7 @@ def _pan(scene: Scene, frame: int) -> View:
     """The image is a window that moves over a wide picture, a pixel at a time."""
     still = _camera((-3.1, 2.3, 4.2))
     across, down = still.centre
-    camera = Camera(
-        still.pose,
-        focal=still.focal,
-        centre=(across + 60 - frame, down),
-        width=WIDTH,
-        height=HEIGHT,
-    )
-    return scene, camera, scene.lights["default"]
+    return scene, still._replaced(centre=(across + 60 - frame, down)), scene.lights["default"]
 
 
 def _walk(scene: Scene, frame: int) -> View:

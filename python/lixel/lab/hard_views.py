@@ -137,8 +137,7 @@ def _with_depth_range(power: int) -> View:
     scene, camera, light = _plain()
     far = 2.0 * _size(scene)
     near = far * 10.0**-power
-    ranged = Camera(camera.pose, focal=camera.focal, **IMAGE, znear=near, zfar=far)
-    return scene, ranged, light
+    return scene, camera._replaced(znear=near, zfar=far), light
 
 
 def _depth_range(family: str) -> Iterator[Case]:
@@ -395,7 +394,7 @@ def _angled(angle: float) -> View:
 def _stretched() -> View:
     scene, camera, light = _plain()
     focal = (40.0 * camera.focal[0], camera.focal[1])
-    return scene, Camera(camera.pose, focal=focal, **IMAGE), light
+    return scene, camera._replaced(focal=focal), light
 
 
 def _images(family: str) -> Iterator[Case]:

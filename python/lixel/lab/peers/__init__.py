@@ -178,12 +178,7 @@ def with_planes(camera: Camera, truth: Reference) -> Camera:
     seen = truth.depth[truth.covered]
     if not seen.size:
         raise ValueError("camera must see a surface to compare renderers")
-    return Camera(
-        camera.pose,
-        focal=camera.focal,
-        centre=camera.centre,
-        width=camera.width,
-        height=camera.height,
+    return camera._replaced(
         # Between pixels' centres something may be nearer.
         znear=max(camera.znear or 0.0, 0.5 * float(seen.min())),
         zfar=min(camera.zfar, 2.0 * float(seen.max())),

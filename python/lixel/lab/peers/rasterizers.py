@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...camera import Camera
+from ...camera import Camera, pose_of
 from ...light import DirectionalLight
 from ...scene import Scene
 from .ray_casters import Render, Visibility
@@ -208,8 +208,4 @@ def _pose_along(direction: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """A pose that looks along a direction."""
     back = -direction
     right = np.cross((0.0, 1.0, 0.0) if abs(back[1]) < 0.9 else (1.0, 0.0, 0.0), back)
-    pose = np.eye(4)
-    pose[:3, 0] = right / np.linalg.norm(right)
-    pose[:3, 1] = np.cross(back, pose[:3, 0])
-    pose[:3, 2] = back
-    return pose
+    return pose_of(np.zeros(3), direction, right / np.linalg.norm(right))
