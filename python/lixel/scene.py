@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,8 @@ from .light import Light
 
 if TYPE_CHECKING:
     import trimesh
+
+Mesh: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 
 
 class Scene:
@@ -88,9 +91,7 @@ class Scene:
             raise TypeError(
                 f"mesh must be a trimesh.Trimesh or a trimesh.Scene, got {type(mesh).__name__}"
             )
-        vertices: list[npt.NDArray[np.float64]] = []
-        faces: list[npt.NDArray[np.int64]] = []
-        first = 0
+        parts: list[Mesh] = []
         for node in mesh.graph.nodes_geometry:
             world_from_node, name = mesh.graph[node]
             part = mesh.geometry[name]
@@ -99,12 +100,10 @@ class Scene:
             positions = np.asarray(part.vertices, dtype=np.float64)
             if not np.array_equal(world_from_node, np.eye(4)):
                 positions = positions @ world_from_node[:3, :3].T + world_from_node[:3, 3]
-            vertices.append(positions)
-            faces.append(np.asarray(part.faces, dtype=np.int64) + first)
-            first += len(positions)
-        if not faces:
+            parts.append((positions, part.faces))
+        if not parts:
             raise ValueError("mesh must hold at least one triangle, got a scene with none")
-        scene = cls(np.concatenate(vertices), np.concatenate(faces))
+        scene = joined(parts)
         if mesh.has_camera:
             scene.cameras[str(mesh.camera.name)] = Camera.from_trimesh(mesh)
         return scene
@@ -177,6 +176,14 @@ class Scene:
         # Cameras and lights are immutable; the dictionaries that hold them are not.
         twin.cameras, twin.lights = dict(self.cameras), dict(self.lights)
         return twin
+
+
+def joined(parts: Iterable[Mesh]) -> Scene:
+    """A scene of parts, each corner positions (n, 3) and triangles (m, 3)."""
+    meshes = [(np.asarray(v, np.float64), np.asarray(f, np.int64)) for v, f in parts]
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes[:-1])])
+    faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=True)]
+    return Scene(np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces))
 
 
 def _point(p: npt.NDArray[np.float64]) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from .arguments import count as checked_count
 from .camera import Camera
 from .light import DirectionalLight
-from .scene import Scene
+from .scene import Scene, joined
 
 # The generators, in the order of `GENERATORS`.
 __all__ = [
@@ -30,9 +30,6 @@ __all__ = [
     "terrain",
 ]
 
-if TYPE_CHECKING:
-    import trimesh
-
 # Corner positions (n, 3) and triangles (m, 3) of one part.
 Mesh: TypeAlias = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 Point: TypeAlias = tuple[float, float, float]
@@ -44,7 +41,7 @@ def plane_and_box() -> Scene:
     The plane is 10 x 10 around the origin; the box is 2 wide, high and deep.
     """
     return _scene(
-        [_floor(5.0, 5.0), _moved(_box(), scale=(2.0, 2.0, 2.0), to=(0.0, 1.0, 0.0))],
+        [floor(5.0, 5.0), moved(created("box"), scale=2.0, to=(0.0, 1.0, 0.0))],
         eye=(4.0, 5.0, 8.0),
         target=(0.0, 0.5, 0.0),
         light=(1.0, -1.5, -0.5),
@@ -72,20 +69,20 @@ def objects_on_floor(count: int = 256, subdivisions: int = 4, seed: int = 0) -> 
         raise ValueError(f"subdivisions must be an integer from 0 to 6, got {subdivisions}")
     n = 2**subdivisions
     kinds = (
-        _divided(_box(), subdivisions),
-        _moved(_sphere(subdivisions), scale=(0.5, 0.5, 0.5)),
+        _divided(created("box"), subdivisions),
+        moved(created("icosphere", subdivisions), scale=0.5),
         _torus(0.36, 0.14, 4 * n, 5 * n // 2),
         _divided(_cone(35 if subdivisions else 8), max(subdivisions - 1, 0)),
     )
     random = np.random.default_rng(seed)
     side = math.ceil(math.sqrt(count))
-    parts = [_floor(side + 1.0, side + 1.0)]
+    parts = [floor(side + 1.0, side + 1.0)]
     for i in range(count):
         row, column = divmod(i, side)
         kind = kinds[(row + column) % 4]
         size = random.uniform(0.6, 1.7)
         x, z = 2.0 * np.array([column, row]) - (side - 1) + random.uniform(-0.25, 0.25, 2)
-        turn = _turn(random.uniform(0.0, 2.0 * math.pi), random.uniform(-0.5, 0.5))
+        turn = rotation(random.uniform(0.0, 2.0 * math.pi), random.uniform(-0.5, 0.5))
         vertices = kind[0] * size @ turn.T
         # On the floor, not in it.
         vertices += (x, -vertices[:, 1].min(), z)
@@ -128,39 +125,24 @@ def colonnade(columns: int = 20, detail: int = 38) -> Scene:
          [0.3, height - 0.3], [0.42, height - 0.16], [0.42, height], [0.0, height]]
     )  # fmt: skip
     column = _revolved(profile, detail)
+    # The half torus lies in x and y; turned, it spans from one column to the next.
     arch = _torus(spacing / 2, 0.2, detail, detail // 2, angle=math.pi)
-    sphere = _sphere(4 if detail >= 32 else 2)
+    arch = moved(arch, turn=rotation(math.pi / 2))
+    sphere = moved(created("icosphere", 4 if detail >= 32 else 2), scale=0.42)
     ring = _torus(0.34, 0.13, detail, detail // 2)
     length = spacing * columns
-    parts = [_floor(3.0 * half_width, length / 2 + spacing, centre_z=-length / 2)]
+    parts = [floor(3.0 * half_width, length / 2 + spacing, centre_z=-length / 2)]
     for i in range(columns):
         z = -spacing * (i + 0.5)
-        for side in (-1.0, 1.0):
-            parts.append(_moved(column, to=(side * half_width, 0.0, z)))
+        between = z - spacing / 2
+        for x in (-half_width, half_width):
+            parts.append(moved(column, to=(x, 0.0, z)))
             if i + 1 < columns:
-                # The half torus lies in x and y; turned, it spans from one column to the next.
-                parts.append(
-                    _moved(
-                        arch,
-                        turn=_turn(math.pi / 2),
-                        to=(side * half_width, height, z - spacing / 2),
-                    )
-                )
+                parts.append(moved(arch, to=(x, height, between)))
         # One of each for every pair of columns, hung and laid in a steady wave.
-        parts.append(
-            _moved(
-                sphere,
-                scale=(0.42, 0.42, 0.42),
-                to=(0.9 * math.sin(1.7 * i), 0.42 + 0.25 * (i % 3), z),
-            )
-        )
-        parts.append(
-            _moved(
-                ring,
-                turn=_turn(0.8 * i, 0.9),
-                to=(1.1 * math.cos(1.3 * i), 1.6 + 0.4 * (i % 2), z - spacing / 2),
-            )
-        )
+        hung = (0.9 * math.sin(1.7 * i), 0.42 + 0.25 * (i % 3), z)
+        laid = (1.1 * math.cos(1.3 * i), 1.6 + 0.4 * (i % 2), between)
+        parts += [moved(sphere, to=hung), moved(ring, turn=rotation(0.8 * i, 0.9), to=laid)]
     return _scene(
         parts,
         eye=(0.7, 1.5, 3.4),
@@ -184,19 +166,18 @@ def city(blocks: int = 24, seed: int = 0) -> Scene:
     """
     blocks = checked_count("blocks", blocks, "")
     random = np.random.default_rng(seed)
-    pitch, box = 30.0, _box()
-    parts = [_floor(pitch * (blocks / 2 + 2), pitch * (blocks / 2 + 2))]
+    pitch, box = 30.0, created("box")
+    parts = [floor(pitch * (blocks / 2 + 2), pitch * (blocks / 2 + 2))]
     for i, j in np.ndindex(blocks, blocks):
         x, z = (pitch * (k - (blocks - 1) / 2) for k in (i, j))
         # Taller towards the middle.
-        centrality = math.exp(
-            -((x / (0.3 * pitch * blocks)) ** 2) - (z / (0.3 * pitch * blocks)) ** 2
-        )
+        spread = 0.3 * pitch * blocks
+        centrality = math.exp(-((x / spread) ** 2) - (z / spread) ** 2)
         width, depth = random.uniform(12.0, 22.0, 2)
         base = 0.0
         for _ in range(random.integers(2, 6)):
             rise = random.uniform(3.0, 9.0) * (1.0 + 2.5 * centrality)
-            parts.append(_moved(box, scale=(width, rise, depth), to=(x, base + rise / 2, z)))
+            parts.append(moved(box, scale=(width, rise, depth), to=(x, base + rise / 2, z)))
             base += rise
             width, depth = (width, depth) * random.uniform(0.6, 0.95, 2)
     reach = pitch * blocks
@@ -240,7 +221,7 @@ def grass(blades: int = 100_000, seed: int = 0) -> Scene:
     blade = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4], [4, 5, 6]])
     faces = (7 * np.arange(blades)[:, None, None] + blade).reshape(-1, 3)
     return _scene(
-        [_floor(side + 1.0, side + 1.0), (vertices, faces)],
+        [floor(side + 1.0, side + 1.0), (vertices, faces)],
         eye=(0.0, 1.3, side + 0.5),
         target=(0.0, 0.1, 2.0),
         light=(0.6, -0.7, 0.25),
@@ -267,19 +248,13 @@ def needles(count: int = 2000, seed: int = 0) -> Scene:
         [[-0.5, 0, -0.5], [0.5, 0, -0.5], [0.5, 0, 0.5], [-0.5, 0, 0.5], [0, 1, 0]], dtype=float
     )
     faces = np.array([[0, 1, 2], [0, 2, 3], [0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]])
-    parts = [_floor(side + 2.0, side + 2.0)]
+    parts = [floor(side + 2.0, side + 2.0)]
     for _ in range(count):
         length = random.uniform(1.0, 4.0)
         x, z = random.uniform(-side, side, 2)
-        turn = _turn(random.uniform(0.0, 2.0 * math.pi), random.uniform(0.0, 0.6))
-        parts.append(
-            _moved(
-                (corners, faces),
-                scale=(length / 400.0, length, length / 400.0),
-                turn=turn,
-                to=(x, 0.0, z),
-            )
-        )
+        turn = rotation(random.uniform(0.0, 2.0 * math.pi), random.uniform(0.0, 0.6))
+        scale = (length / 400.0, length, length / 400.0)
+        parts.append(moved((corners, faces), scale=scale, turn=turn, to=(x, 0.0, z)))
     return _scene(
         parts,
         eye=(0.0, 5.0, 15.0),
@@ -316,12 +291,8 @@ def terrain(cells: int = 1000, seed: int = 0) -> Scene:
             )
     corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
     right, below = corner + cells + 1, corner + 1
-    faces = np.concatenate(
-        [
-            np.column_stack([corner, below, right]),
-            np.column_stack([right, below, below + cells + 1]),
-        ]
-    )
+    pair = [[corner, below, right], [right, below, below + cells + 1]]
+    faces = np.concatenate([np.column_stack(corners) for corners in pair])
     return _scene(
         [(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces)],
         eye=(-0.6 * side, 0.45 * side, 1.3 * side),
@@ -344,20 +315,16 @@ GENERATORS: Mapping[str, Callable[..., Scene]] = MappingProxyType(
 
 
 def _scene(parts: list[Mesh], *, eye: Point, target: Point, light: Point, yfov: float) -> Scene:
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
-    scene = Scene(
-        np.concatenate([vertices for vertices, _ in parts]),
-        np.concatenate([faces + start for (_, faces), start in zip(parts, starts, strict=True)]),
-    )
+    scene = joined(parts)
     scene.cameras["default"] = Camera.look_at(eye, target, yfov=yfov, width=1920, height=1080)
     scene.lights["default"] = DirectionalLight(light)
     return scene
 
 
-def _moved(
+def moved(
     mesh: Mesh,
     *,
-    scale: Point = (1.0, 1.0, 1.0),
+    scale: float | Point = 1.0,
     turn: npt.NDArray[np.float64] | None = None,
     to: Point = (0.0, 0.0, 0.0),
 ) -> Mesh:
@@ -365,7 +332,7 @@ def _moved(
     return (vertices if turn is None else vertices @ turn.T) + to, mesh[1]
 
 
-def _turn(azimuth: float, tilt: float = 0.0) -> npt.NDArray[np.float64]:
+def rotation(azimuth: float, tilt: float = 0.0) -> npt.NDArray[np.float64]:
     """Tilted about x, then turned about y."""
     (c, s), (d, t) = ((math.cos(a), math.sin(a)) for a in (azimuth, tilt))
     turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
@@ -373,28 +340,19 @@ def _turn(azimuth: float, tilt: float = 0.0) -> npt.NDArray[np.float64]:
     return np.asarray(turn @ tilted)
 
 
-def _floor(half_width: float, half_depth: float, centre_z: float = 0.0) -> Mesh:
+def floor(half_width: float, half_depth: float, centre_z: float = 0.0) -> Mesh:
+    """Two triangles at height 0."""
     x, near, far = half_width, centre_z + half_depth, centre_z - half_depth
     vertices = np.array([[-x, 0, near], [x, 0, near], [x, 0, far], [-x, 0, far]], dtype=float)
     return vertices, np.array([[0, 1, 2], [0, 2, 3]])
 
 
-def _from_trimesh(mesh: trimesh.Trimesh) -> Mesh:
+def created(kind: Literal["box", "icosphere"], *arguments: int) -> Mesh:
+    """Around the origin: a box of side 1, or a sphere of radius 1 by its subdivisions."""
+    import trimesh
+
+    mesh = getattr(trimesh.creation, kind)(*arguments)
     return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
-
-
-def _box() -> Mesh:
-    """Side 1 around the origin."""
-    import trimesh
-
-    return _from_trimesh(trimesh.creation.box())
-
-
-def _sphere(subdivisions: int) -> Mesh:
-    """Radius 1 around the origin."""
-    import trimesh
-
-    return _from_trimesh(trimesh.creation.icosphere(subdivisions))
 
 
 def _cone(sections: int) -> Mesh:
@@ -434,23 +392,16 @@ def _torus(
     u = np.linspace(0.0, angle, around, endpoint=not closed)
     v = np.arange(across) * (2.0 * math.pi / across)
     radius = major + minor * np.cos(v)
-    vertices = np.stack(
-        [
-            np.cos(u)[:, None] * radius,
-            np.sin(u)[:, None] * radius,
-            np.broadcast_to(minor * np.sin(v), (around, across)),
-        ],
-        axis=-1,
-    ).reshape(-1, 3)
+    x, y = np.cos(u)[:, None] * radius, np.sin(u)[:, None] * radius
+    z = np.broadcast_to(minor * np.sin(v), x.shape)
+    vertices = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     return vertices, _grid_faces(around, across, closed=closed)
 
 
 def _grid_faces(rows: int, columns: int, *, closed: bool) -> npt.NDArray[np.int64]:
     """Two triangles for each cell of a grid whose columns wrap around, and rows where closed."""
-    row = np.arange(rows if closed else rows - 1)[:, None]
-    column = np.arange(columns)
-    a = (row * columns + column).ravel()
-    b = (row * columns + (column + 1) % columns).ravel()
-    c = ((row + 1) % rows * columns + column).ravel()
-    d = ((row + 1) % rows * columns + (column + 1) % columns).ravel()
+    corners = np.arange(rows * columns).reshape(rows, columns)
+    shifts = ((0, 0), (0, -1), (-1, 0), (-1, -1))
+    shifted = (np.roll(corners, shift, (0, 1)) for shift in shifts)
+    a, b, c, d = (each[: rows if closed else -1].ravel() for each in shifted)
     return np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -41,6 +42,7 @@ from ..methods import (
 )
 from ..reference import Reference, reference
 from ..scene import Scene
+from ..scenes import rotation
 from .options import add_methods, add_output, keep
 from .report import progress, table
 from .views import View
@@ -76,9 +78,7 @@ def _light(scene: Scene, frame: int) -> View:
     """The camera stands still, the light turns by a tenth of a degree at a time."""
     light = scene.lights["default"]
     assert isinstance(light, DirectionalLight)
-    x, y, z = light.direction
-    turn = np.radians(0.1 * frame)
-    turned = (x * np.cos(turn) - z * np.sin(turn), y, x * np.sin(turn) + z * np.cos(turn))
+    turned = rotation(-math.radians(0.1 * frame)) @ light.direction
     return scene, _camera((-3.1, 2.3, 4.2)), DirectionalLight(turned)
 
 

@@ -18,7 +18,8 @@ from .. import scenes
 from ..camera import Camera
 from ..light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from ..methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
-from ..scene import Scene
+from ..scene import Scene, joined
+from ..scenes import Mesh, Point, created, floor, moved
 from .views import View
 
 IMAGE = {"width": 96, "height": 54}
@@ -28,7 +29,6 @@ RESOLUTION = 512
 """Texels along each side of the maps."""
 
 Vector: TypeAlias = npt.NDArray[np.float64]
-Mesh: TypeAlias = tuple[Vector, npt.NDArray[np.int64]]
 Make: TypeAlias = Callable[[], View]
 
 
@@ -187,36 +187,21 @@ def _lights(family: str) -> Iterator[Case]:
     yield Case(family, "inside a closed mesh, and the eye", _all_in_a_ball)
 
 
-def _ball(centre: Any, radius: float) -> Mesh:
-    import trimesh
-
-    mesh = trimesh.creation.icosphere(2)
-    return np.asarray(mesh.vertices) * radius + centre, np.asarray(mesh.faces)
-
-
-def _joined(*parts: tuple[Any, Any]) -> Scene:
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
-    return Scene(
-        np.concatenate([np.asarray(vertices, dtype=float) for vertices, _ in parts]),
-        np.concatenate(
-            [np.asarray(f) + start for (_, f), start in zip(parts, starts, strict=True)]
-        ),
-    )
+def _ball(centre: Point, radius: float) -> Mesh:
+    return moved(created("icosphere", 2), scale=radius, to=centre)
 
 
 def _floor(half_side: float, height: float = 0.0) -> Mesh:
-    s, y = half_side, height
-    corners = np.array([[-s, y, s], [s, y, s], [s, y, -s], [-s, y, -s]], dtype=float)
-    return corners, np.array([[0, 1, 2], [0, 2, 3]])
+    return moved(floor(half_side, half_side), to=(0.0, height, 0.0))
 
 
 def _light_in_a_ball() -> View:
-    scene = _joined(_floor(4.0), _ball((0.0, 1.0, 0.0), 0.7))
+    scene = joined([_floor(4.0), _ball((0.0, 1.0, 0.0), 0.7)])
     return scene, _camera((-3.1, 2.3, 4.2), (0.0, 0.5, 0.0)), PointLight((0.1, 1.1, -0.1))
 
 
 def _all_in_a_ball() -> View:
-    scene = _joined(_ball((0, 0, 0), 3.0), _ball((0.4, -0.5, 0.2), 0.4))
+    scene = joined([_ball((0, 0, 0), 3.0), _ball((0.4, -0.5, 0.2), 0.4)])
     return (
         scene,
         _camera((-1.1, 0.3, 1.2), (0.4, -0.5, 0.2), yfov=1.4),
@@ -257,7 +242,7 @@ def _needles() -> Scene:
         side = np.cross(along, random.normal(size=3))
         side *= (1e-6, 2.5e-3)[i % 2] / np.linalg.norm(side)
         parts.append(([foot, foot + side, foot + along], [[0, 1, 2]]))
-    return _joined(*parts)
+    return joined(parts)
 
 
 def _strip(first: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -272,7 +257,7 @@ def _slivers() -> Scene:
     vertices = [[x, 0.6 + 0.1 * x, z] for x in edges for z in (-0.9, 0.9)]
     first = 2 * np.arange(count - 1)[:, None]
     faces = _strip(first)
-    return _joined(_floor(2.0), (vertices, faces))
+    return joined([_floor(2.0), (vertices, faces)])
 
 
 def _t_junctions() -> Scene:
@@ -286,15 +271,14 @@ def _t_junctions() -> Scene:
     right = [[x, height + 0.3 * (x - 0.1), t] for t in z for x in (0.1, 0.9)]
     first = 2 * np.arange(7)[:, None]
     parts.append((right, _strip(first)))
-    return _joined(*parts)
+    return joined(parts)
 
 
 def _coplanar_twins() -> Scene:
     """Two layers in one plane, one turned over, and a third in the plane of the floor."""
     sheet, faces = _floor(0.7, 0.5)
-    return _joined(
-        _floor(2.0), (sheet, faces), (np.add(sheet, [0.3, 0.0, 0.2]), faces[:, ::-1]), _floor(0.5)
-    )
+    twin = np.add(sheet, [0.3, 0.0, 0.2]), faces[:, ::-1]
+    return joined([_floor(2.0), (sheet, faces), twin, _floor(0.5)])
 
 
 def _few_objects() -> Scene:
@@ -322,7 +306,7 @@ def _degenerate() -> Scene:
 def _open_mesh() -> Scene:
     """A ball without its top, so that its inner side is lit and seen."""
     vertices, faces = _ball((0.0, 0.7, 0.0), 0.65)
-    return _joined(_floor(2.0), (vertices, faces[vertices[faces].mean(axis=1)[:, 1] < 1.0]))
+    return joined([_floor(2.0), (vertices, faces[vertices[faces].mean(axis=1)[:, 1] < 1.0])])
 
 
 def _non_manifold() -> Scene:
@@ -332,7 +316,7 @@ def _non_manifold() -> Scene:
     corners = [[math.cos(a), 0.1 + math.sin(a), z] for a in angle for z in (-0.8, 0.8)]
     first = 2 + 2 * np.arange(len(angle))
     pages = np.concatenate([[[0, i, 1] for i in first], [[1, i, i + 1] for i in first]])
-    return _joined(_floor(2.0), (np.array(spine + corners), pages))
+    return joined([_floor(2.0), (np.array(spine + corners), pages)])
 
 
 GEOMETRY: dict[str, Callable[[], Scene]] = {
@@ -353,8 +337,8 @@ REPEATED = (_duplicates, _degenerate)
 # --- Huge and tiny, shapes of images ---
 
 
-def _ball_on(floor: Mesh, light: Light) -> View:
-    scene = _joined(floor, _ball((0.0, 0.5, 0.0), 0.4))
+def _ball_on(ground: Mesh, light: Light) -> View:
+    scene = joined([ground, _ball((0.0, 0.5, 0.0), 0.4)])
     return scene, _camera((-1.6, 1.2, 2.1), (0.1, 0.2, 0.0)), light
 
 

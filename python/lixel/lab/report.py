@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -42,30 +41,15 @@ def _cell(value: Any) -> str:
 def progress(
     items: Iterable[Item], label: str, total: int | None = None, done: int = 0
 ) -> Iterator[Item]:
-    """The items, with progress on stderr: a bar where tqdm is installed, else a line, no more than
-    one a second.
-
-    Of `total` items (None: as many as there are) `done` were done before.
+    """The items, with a bar on stderr. Of `total` items (None: as many as there are) `done` were
+    done before.
     """
+    from tqdm import tqdm
+
     if total is None:
         items = list(items)
         total = len(items)
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        start = last = time.perf_counter()
-        for number, item in enumerate(items, done + 1):
-            now = time.perf_counter()
-            if number == total or now - last > 1.0 or last == start:
-                print(
-                    f"{label}: {number} of {total}, {now - start:.0f} s",
-                    file=sys.stderr,
-                    flush=True,
-                )
-                last = now
-            yield item
-    else:
-        yield from tqdm(items, desc=label, total=total, initial=done, leave=False)
+    yield from tqdm(items, desc=label, total=total, initial=done, leave=False)
 
 
 def status(text: str) -> None:

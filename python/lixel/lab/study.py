@@ -95,7 +95,7 @@ def study(
         disturb each other's times, but not each other's errors. Scenes given as objects travel with
         each task; files must be there for each worker.
     progress : bool
-        Show progress on stderr: a bar where tqdm is installed.
+        Show a bar on stderr.
 
     Returns
     -------

@@ -20,6 +20,7 @@ from ..light import DirectionalLight, Light
 from ..methods import METHODS
 from ..reference import reference
 from ..scene import Scene
+from ..scenes import rotation
 from . import display, warp_plots
 
 if TYPE_CHECKING:
@@ -150,11 +151,7 @@ def _orbited(camera: Camera, scene: Scene, degrees: float, closer: float) -> Cam
     """The camera turned around the vertical through the middle of the scene, and moved towards it
     by a share of the way."""
     middle = scene.bounds.mean(axis=0)
-    angle = math.radians(degrees)
-    turn = np.eye(3)
-    turn[[0, 0, 2, 2], [0, 2, 0, 2]] = (
-        math.cos(angle), math.sin(angle), -math.sin(angle), math.cos(angle),
-    )  # fmt: skip
+    turn = rotation(math.radians(degrees))
     pose = camera.pose.copy()
     pose[:3, :3] = turn @ pose[:3, :3]
     eye = turn @ (camera.eye - middle) + middle

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...camera import Camera
 from ...methods import Method, method_from
-from ...scenes import GENERATORS
+from ...scenes import GENERATORS, rotation
 from ..report import status, table
 from ..result_tables import save
 from ..study import study
@@ -72,13 +72,8 @@ def _path(camera: Camera, number: int) -> dict[str, Camera]:
     """Cameras that turn by a quarter of the angle of view to either side."""
     cameras = {}
     for i, share in enumerate(np.linspace(-1.0, 1.0, number) if number > 1 else [0.0]):
-        angle = share * camera.yfov / 4
-        turn = np.eye(4)
-        turn[[0, 0, 2, 2], [0, 2, 0, 2]] = (
-            np.cos(angle), np.sin(angle), -np.sin(angle), np.cos(angle),
-        )  # fmt: skip
         pose = camera.pose.copy()
-        pose[:3, :3] = turn[:3, :3] @ pose[:3, :3]
+        pose[:3, :3] = rotation(share * camera.yfov / 4) @ pose[:3, :3]
         cameras[str(i)] = camera.posed(pose)
     return cameras
 
