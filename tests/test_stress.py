@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import lixel as lx
@@ -69,7 +70,7 @@ def test_scene_optimized_layer_that_no_sample_needs_is_lit():
 
 
 def test_culling_changes_no_pixel():
-    table = culling.measure(repeats=1)
+    table = pd.DataFrame(culling.measure(repeats=1))
     assert table["same"].all(), table[~table["same"]]
     # And something is skipped, of each kind.
     assert (table["culled_by_depth"] > 0).any()

@@ -10,13 +10,12 @@ import argparse
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ..arguments import needs
 from ..frame import FrameParts, frame_parts
 from ..light import DirectionalLight
 from . import passes
 from .hard_views import PLAIN, Case, made, methods_for
-from .options import add_methods, add_output, keep
-from .report import progress, table
+from .options import add_methods, add_output, show
+from .report import progress
 from .views import View
 
 
@@ -28,13 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure, save and print the table."""
-    found = measure(options.method)
-    rows = found.astype(object).where(found.notna(), None).to_dict("records")
-    print(table(rows))
-    keep(options, rows)
+    show(options, measure(options.method))
 
 
-def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
+def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> list[dict[str, Any]]:
     """What each method leaves out because it cannot change the picture: a row for each view and
     method.
 
@@ -44,7 +40,6 @@ def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
     need not list, milliseconds of the fastest of `repeats` frames, `gpu_ms` and `whole_ms`, and
     whether the pictures are the `same`.
     """
-    pandas = needs("pandas", "study")
     names = None if methods is None else list(methods)
     below = Case("", "from below the floor", _lit_from_below)
     views = [*(Case("", lit_by, plain) for lit_by, plain in PLAIN.items()), below]
@@ -57,7 +52,7 @@ def measure(methods: Iterable[str] | None = None, repeats: int = 3) -> Any:
             frames = [frame_parts(*view, method) for _ in range(repeats)]
             whole = [frame_parts(*view, method, culling=False) for _ in range(repeats)]
             rows.append({"view": case.name, "method": method.name, **_skipped(frames, whole)})
-    return pandas.DataFrame(rows)
+    return rows
 
 
 def _lit_from_below() -> View:

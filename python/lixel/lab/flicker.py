@@ -11,16 +11,16 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import scenes
-from ..arguments import count, needs
+from ..arguments import count
 from ..camera import Camera
 from ..compare import compare
 from ..frame import render, render_shadows
@@ -43,9 +43,11 @@ from ..methods import (
 from ..reference import Reference, reference
 from ..scene import Scene
 from ..scenes import rotation
-from .options import add_methods, add_output, keep
-from .report import progress, table
+from .options import add_methods, add_output, show
+from .report import progress
 from .views import View
+
+Match: TypeAlias = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
 WIDTH, HEIGHT = 192, 108
 
@@ -121,17 +123,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Measure, save and print the table."""
     names = {method_from(name).name for name in options.method or ALL_METHODS}
-    found = measure(methods=[m for m in METHODS if m[0].name in names], frames=options.frames)
-    rows = found.astype(object).where(found.notna(), None).to_dict("records")
-    print(table(rows))
-    keep(options, rows)
+    chosen = [pair for pair in METHODS if pair[0].name in names]
+    show(options, measure(methods=chosen, frames=options.frames))
 
 
 def measure(
     motions: Iterable[str] | None = None,
     methods: Iterable[tuple[Method, bool]] = METHODS,
     frames: int = 120,
-) -> Any:
+) -> list[dict[str, Any]]:
     """Pixels that flicker: a row for each motion and method.
 
     `methods` are pairs of a method and whether each frame is given the one before; maps get
@@ -141,7 +141,6 @@ def measure(
     `compared`, pixels that two frames both see and no tie settles; `misclassified` pixels of a
     frame. An unknown motion and fewer than two frames are a `ValueError`.
     """
-    pandas = needs("pandas", "study")
     names = list(MOTIONS) if motions is None else list(motions)
     for name in names:
         if name not in MOTIONS:
@@ -155,18 +154,9 @@ def measure(
         views = [MOTIONS[name](scene, frame) for frame in range(frames)]
         truths = [reference(*view) for view in views]
         matches = [_match(old, new) for old, new in itertools.pairwise(truths)]
-        changes = [
-            np.count_nonzero(old.visibility.ravel()[there] != new.visibility.ravel()[here])
-            for (old, new), (here, there) in zip(itertools.pairwise(truths), matches, strict=True)
-        ]
+        changed = _changed([truth.visibility for truth in truths], matches)
         for method, follows in progress(chosen, name):
             wrong = _misclassified(views, truths, method, follows)
-            turned = [
-                np.count_nonzero(old.ravel()[there] != new.ravel()[here])
-                for (old, new), (here, there) in zip(
-                    itertools.pairwise(wrong), matches, strict=True
-                )
-            ]
             rows.append(
                 {
                     "motion": name,
@@ -174,15 +164,13 @@ def measure(
                     "snap": bool(getattr(method, "snap", False)),
                     "blend": getattr(method, "blend", 1.0) if follows else None,
                     "frames": frames,
-                    "flicker": float(np.mean(turned)),
-                    "truth": float(np.mean(changes)),
+                    "flicker": _changed(wrong, matches),
+                    "truth": changed,
                     "compared": float(np.mean([here.size for here, _ in matches])),
-                    "misclassified": float(
-                        np.mean([np.count_nonzero(of_frame) for of_frame in wrong])
-                    ),
+                    "misclassified": float(np.mean([of_frame.sum() for of_frame in wrong])),
                 }
             )
-    return pandas.DataFrame(rows)
+    return rows
 
 
 def _misclassified(
@@ -204,7 +192,21 @@ def _misclassified(
     return wrong
 
 
-def _match(old: Reference, new: Reference) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _changed(images: Sequence[npt.NDArray[Any]], matches: Sequence[Match]) -> float:
+    """How many matching pixels differ between two images, one after the other, in the mean."""
+    return float(
+        np.mean(
+            [
+                np.count_nonzero(old.ravel()[there] != new.ravel()[here])
+                for (old, new), (here, there) in zip(
+                    itertools.pairwise(images), matches, strict=True
+                )
+            ]
+        )
+    )
+
+
+def _match(old: Reference, new: Reference) -> Match:
     """Pixels of the new picture, and those of the old one that see the same place; no ties."""
     counted = [truth.covered & ~truth.tie & ~truth.triangle_tie for truth in (old, new)]
     here = np.flatnonzero(counted[1])

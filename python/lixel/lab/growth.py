@@ -11,17 +11,12 @@ import argparse
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..arguments import needs
 from ..methods import DesiredView, Exact, Method, RayTraced
 from . import passes
-from .options import add_output, keep
-from .report import table as as_text
+from .options import add_output, show
 from .study import study
-
-if TYPE_CHECKING:
-    import pandas
 
 METHODS: Mapping[str, Method] = {
     "desired_view": DesiredView(resolution=1024),
@@ -56,12 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure, print and save both series."""
-    rows = measure(options.repeats, options.journal).to_dict("records")
-    print(as_text(rows))
-    keep(options, rows)
+    show(options, measure(options.repeats, options.journal))
 
 
-def measure(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
+def measure(repeats: int = 3, journal: Path | None = None) -> list[dict[str, Any]]:
     """Times and counters of both series: a row for each step of a series (``grows``: triangles or
     pixels) and method.
 
@@ -69,7 +62,6 @@ def measure(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
     time since the step before; then come ``misclassified`` pixels and counters. The journal is that
     of `study`.
     """
-    pandas = needs("pandas", "study")
     series = {
         "triangles": [(step, SIZE) for step in SUBDIVISIONS],
         "pixels": [(SUBDIVISION, size) for size in SIZES],
@@ -97,9 +89,8 @@ def measure(repeats: int = 3, journal: Path | None = None) -> pandas.DataFrame:
                     **{key: case.get(column, math.nan) for key, column in COUNTERS.items()},
                 }
                 if name in before:
-                    row["exponent"] = math.log(row["gpu_ms"] / before[name]["gpu_ms"]) / math.log(
-                        row[grows] / before[name][grows]
-                    )
+                    times, steps_of = (row[of] / before[name][of] for of in ("gpu_ms", grows))
+                    row["exponent"] = math.log(times) / math.log(steps_of)
                 before[name] = row
                 rows.append(row)
-    return pandas.DataFrame(rows)
+    return rows

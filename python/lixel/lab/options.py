@@ -15,6 +15,7 @@ from ..load import FORMATS
 from ..methods import METHODS, Method, method_from
 from ..scene import Scene
 from ..scenes import GENERATORS
+from .report import table
 from .result_tables import write
 from .views import scene_and_views
 
@@ -163,6 +164,12 @@ def path_ending_in(*endings: str) -> Callable[[str], Path]:
         return Path(text)
 
     return path_of
+
+
+def show(options: argparse.Namespace, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print rows, and write them into the table that `-o` names, where it does."""
+    print(table(rows))
+    keep(options, rows)
 
 
 def keep(options: argparse.Namespace, rows: Sequence[Mapping[str, Any]]) -> None:

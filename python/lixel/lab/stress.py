@@ -58,9 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure and save; print the sums of each method, and what is beyond its bound."""
-    measured = measure(options.method, options.family, options.quick)
-    print(table(summary(measured)))
-    rows = measured.astype(object).where(measured.notna(), None).to_dict("records")
+    rows = measure(options.method, options.family, options.quick)
+    print(table(summary(needs("pandas", "study").DataFrame(rows))))
     print(table([row for row in rows if row["beyond"] > 0]))
     keep(options, rows)
 
@@ -69,32 +68,19 @@ def measure(
     methods: Iterable[str] | None = None,
     families: Iterable[str] | None = None,
     quick: bool = False,
-) -> Any:
-    """What `evaluate` gives, as a table: a row for each case and method.
+) -> list[dict[str, Any]]:
+    """What `evaluate` gives: a row for each case and method.
 
     Without `methods` and `families` all of `lixel.METHODS` and of `FAMILIES`; an unknown name is a
     `ValueError`. `quick` takes the hardest cases of each family alone.
     """
-    pandas = needs("pandas", "study")
     names = None if methods is None else list(methods)
     chosen = [case for case in cases(families) if case.quick or not quick]
-    rows = [
+    return [
         evaluate(case, method)
         for case in progress(chosen, "cases")
         for method in methods_for(case, names)
     ]
-    columns = [
-        "family",
-        "case",
-        "method",
-        "misclassified",
-        "bound",
-        "beyond",
-        "covered",
-        "ties",
-        "limit",
-    ]
-    return pandas.DataFrame(rows, columns=columns)
 
 
 def summary(measured: Any) -> list[dict[str, Any]]:
@@ -123,10 +109,8 @@ def explained(frame: Frame, truth: Reference) -> npt.NDArray[np.bool_]:
     from scipy.ndimage import distance_transform_edt
 
     is_edge = np.zeros(truth.visibility.shape, bool)
-    for axis in (0, 1):
-        here = np.s_[:-1, :] if axis == 0 else np.s_[:, :-1]
-        there = np.s_[1:, :] if axis == 0 else np.s_[:, 1:]
-        lit, depth = truth.visibility, truth.depth
+    lit, depth = truth.visibility, truth.depth
+    for here, there in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
         # Comparisons with NaN are false: what is seen on one side only is an outline.
         is_same = (lit[here] == lit[there]) & (
             np.abs(depth[here] - depth[there]) < 0.1 * np.minimum(depth[here], depth[there])
