@@ -8,8 +8,7 @@ import fuzz
 import fuzz_guided
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import lixel as lx
 

@@ -10,8 +10,7 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import lixel as lx
 from lixel.gltf import Document

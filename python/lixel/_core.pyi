@@ -33,23 +33,7 @@ class DeviceError(RuntimeError):
 
 @final
 class Scene:
-    """Triangles in world space, validated once; every triangle casts and receives from both sides.
-
-    Parameters
-    ----------
-    vertices : (n, 3) float64
-        Corner positions in world units, right-handed.
-    faces : (m, 3) int64
-        Rows index `vertices`.
-
-    Raises
-    ------
-    ValueError
-        A wrong shape, no triangle, a vertex that is not finite, an index out of range; the message
-        names the argument, the rule and the row.
-    TypeError
-        An array of the wrong kind.
-    """
+    """Triangles in world space, validated once: `lixel.Scene` without its cameras and lights."""
 
     def __new__(cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Scene: ...
     @property

@@ -9,7 +9,6 @@ counted. The table is written view by view, and the same command goes on where t
 from __future__ import annotations
 
 import argparse
-import json
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -31,11 +30,10 @@ from ..reference import Reference, reference
 from ..scene import Scene
 from .options import MORE, add_output, add_size, method_with, natural, parameter
 from .random_views import random_lights
-from .rays import ray_offset
-from .report import progress
-from .report import table as as_text
+from .rays import embree_scene, ray_offset
+from .report import progress, table as as_text
 from .result_tables import append, read, resume
-from .views import Views
+from .views import Views, listed_in
 
 if TYPE_CHECKING:
     import pandas
@@ -80,16 +78,15 @@ def run(options: argparse.Namespace) -> None:
     before = resume(options.output, options.line)
     done = {(row["scene"], str(row["camera"]), str(row["light"])) for row in before}
     methods = dict(options.method or ((name, method_from(name)) for name in METHODS))
-    for entry in json.loads((options.folder / "scenes.json").read_text(encoding="utf-8")):
-        name = Path(entry["file"]).stem
+    for file, listed in listed_in(options.folder):
+        name = Path(file).stem
         if options.scene and name not in options.scene:
             continue
-        scene = load(options.folder / entry["file"])
+        scene = load(options.folder / file)
         embree = None if options.method else Embree(scene)
         kinds = [KINDS[kind] for kind in options.kind or KINDS]
-        listed = Views.read(options.folder / "scenes.json", entry["file"])
         views = views_of(
-            entry["file"], listed, scene, options.size, options.random, kinds, options.shadow_edges
+            file, listed, scene, options.size, options.random, kinds, options.shadow_edges
         )
         missing = [
             view
@@ -155,13 +152,7 @@ class Embree:
 
     def __init__(self, scene: Scene) -> None:
         needs("embreex", "peers")
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
-
-        self.traced = EmbreeScene()
-        self.mesh = TriangleMesh(
-            self.traced, scene.vertices.astype(np.float32), scene.faces.astype(np.int32)
-        )
+        self.traced = embree_scene(scene)
         self.offset = ray_offset(scene)
 
     def shadows(self, seen: Receivers) -> npt.NDArray[np.float32]:

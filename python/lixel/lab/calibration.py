@@ -30,10 +30,9 @@ from ..scenes import GENERATORS
 from . import passes
 from .options import add_output, natural
 from .random_views import random_camera, random_lights
-from .report import progress
-from .report import table as as_text
+from .report import progress, table as as_text
 from .result_tables import append, read, resume
-from .views import Views
+from .views import listed_in
 
 if TYPE_CHECKING:
     import pandas
@@ -94,14 +93,8 @@ def scenes(folder: Path) -> Iterator[tuple[str, str, Scene, list[Camera]]]:
     for name, arguments in GENERATED.items():
         scene = GENERATORS[name](**arguments)
         yield "generated", name, scene, list(scene.cameras.values())
-    for entry in json.loads((folder / "scenes.json").read_text(encoding="utf-8")):
-        cameras = Views.read(folder / "scenes.json", entry["file"]).cameras
-        yield (
-            "held out",
-            Path(entry["file"]).stem,
-            load(folder / entry["file"]),
-            [*cameras.values()],
-        )
+    for file, views in listed_in(folder):
+        yield "held out", Path(file).stem, load(folder / file), list(views.cameras.values())
 
 
 def view_of(

@@ -25,8 +25,8 @@ from ..camera import Camera
 from ..compare import compare
 from ..frame import render, render_shadows
 from ..light import DirectionalLight
-from ..methods import METHODS as ALL_METHODS
 from ..methods import (
+    METHODS as ALL_METHODS,
     Cascades,
     DesiredView,
     Exact,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,6 +19,16 @@ def ray_directions(camera: Camera) -> npt.NDArray[np.float64]:
     right, up, back = camera.pose[:3, :3].T
     directions = x[None, :, None] * right - y[:, None, None] * up - back
     return np.asarray(directions.reshape(-1, 3))
+
+
+def embree_scene(scene: Scene) -> Any:
+    """Of embreex: runs float32 rays through the triangles."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    traced = EmbreeScene()
+    TriangleMesh(traced, scene.vertices.astype(np.float32), scene.faces.astype(np.int32))
+    return traced
 
 
 def ray_offset(scene: Scene) -> float:

@@ -31,9 +31,7 @@ from .options import (
     add_view,
     path_ending_in,
 )
-from .report import progress as show_progress
-from .report import status
-from .report import table as as_text
+from .report import progress as show_progress, status, table as as_text
 from .result_tables import save
 from .samples import Journal, Record, sample
 from .views import scene_and_views

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,8 @@ from ..scenes import GENERATORS
 
 SIZE = (1920, 1080)
 """Pixels of a camera that says nothing of its image."""
+
+UP = (0.0, 1.0, 0.0)
 
 View: TypeAlias = tuple[Scene, Camera, Light]
 
@@ -50,13 +52,8 @@ class Views:
             entry = named[0]
         try:
             cameras = {
-                str(i): Camera.look_at(
-                    c["eye"],
-                    c["target"],
-                    c.get("up", (0.0, 1.0, 0.0)),
-                    yfov=math.radians(c["fov_y_deg"]),
-                    width=SIZE[0],
-                    height=SIZE[1],
+                str(i): _camera(
+                    c["eye"], c["target"], c.get("up", UP), math.radians(c["fov_y_deg"])
                 )
                 for i, c in enumerate(entry.get("cameras", []))
             }
@@ -92,15 +89,9 @@ class Views:
             raise ValueError(
                 f'camera must be "eye;target;yfov" or "eye;target;yfov;up", got {text!r}'
             )
-        up = _point("camera up", parts[3]) if len(parts) == 4 else (0.0, 1.0, 0.0)
-        return Camera.look_at(
-            _point("camera eye", parts[0]),
-            _point("camera target", parts[1]),
-            up,
-            yfov=_angle(parts[2]),
-            width=SIZE[0],
-            height=SIZE[1],
-        )
+        eye, target = _point("camera eye", parts[0]), _point("camera target", parts[1])
+        up = _point("camera up", parts[3]) if len(parts) == 4 else UP
+        return _camera(eye, target, up, _angle(parts[2]))
 
     def light(self, text: str | None) -> Light:
         """The light of a name, an index or a direction; a suitable one for None."""
@@ -112,6 +103,13 @@ class Views:
             kind = self.unsupported[text]
             raise ValueError(f"light must be directional, point or spot, got {text}, a {kind}")
         return _pick("light", text, self.lights)
+
+
+def listed_in(folder: Path) -> Iterator[tuple[str, Views]]:
+    """The names of the files that the scenes.json of a folder lists, with their views."""
+    listing = folder / "scenes.json"
+    for entry in json.loads(listing.read_text(encoding="utf-8")):
+        yield entry["file"], Views.read(listing, entry["file"])
 
 
 def scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
@@ -127,6 +125,10 @@ def scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
             f"got {name!r}"
         )
     return scene, views or Views(dict(scene.cameras), dict(scene.lights))
+
+
+def _camera(eye: Any, target: Any, up: Any, yfov: float) -> Camera:
+    return Camera.look_at(eye, target, up, yfov=yfov, width=SIZE[0], height=SIZE[1])
 
 
 def _pick(what: str, text: str, known: Mapping[str, Value]) -> Value:

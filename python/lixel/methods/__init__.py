@@ -10,57 +10,40 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TypeAlias, cast, get_args
 
-from .auto import Auto
-from .base import BoxMethod, Pcf, ShadowMapMethod, ShadowMethod
-from .light_matrices import (
-    Focused,
-    LightMatrixMethod,
-    LightSpacePerspective,
-    PerspectiveShadowMap,
-    PlaneOptimal,
-    SceneOptimized,
+from .auto import Auto as Auto
+from .base import (
+    BoxMethod as BoxMethod,
+    Pcf as Pcf,
+    ShadowMapMethod as ShadowMapMethod,
+    ShadowMethod as ShadowMethod,
 )
-from .maps import Cascades, DesiredView, MinimalShadowMap, Uniform
-from .omnidirectional import Cube, DualParaboloid, ImprovedParaboloid, Spot
-from .warps import Fit, NonOrthogonalWarp, RectilinearWarp, WarpMethod
-from .without_maps import Exact, RayTraced, ShadowVolumes
-
-__all__ = [
-    "MAP_METHODS",
-    "METHODS",
-    "OMNIDIRECTIONAL_METHODS",
-    "WARPS",
-    "Auto",
-    "BoxMethod",
-    "Cascades",
-    "Cube",
-    "DesiredView",
-    "DualParaboloid",
-    "Exact",
-    "Fit",
-    "Focused",
-    "ImprovedParaboloid",
-    "LightMatrixMethod",
-    "LightSpacePerspective",
-    "MapMethod",
-    "Method",
-    "MinimalShadowMap",
-    "NonOrthogonalWarp",
-    "OmnidirectionalMethod",
-    "Pcf",
-    "PerspectiveShadowMap",
-    "PlaneOptimal",
-    "RayTraced",
-    "RectilinearWarp",
-    "SceneOptimized",
-    "ShadowMapMethod",
-    "ShadowMethod",
-    "ShadowVolumes",
-    "Spot",
-    "Uniform",
-    "WarpMethod",
-    "method_from",
-]
+from .light_matrices import (
+    Focused as Focused,
+    LightMatrixMethod as LightMatrixMethod,
+    LightSpacePerspective as LightSpacePerspective,
+    PerspectiveShadowMap as PerspectiveShadowMap,
+    PlaneOptimal as PlaneOptimal,
+    SceneOptimized as SceneOptimized,
+)
+from .maps import (
+    Cascades as Cascades,
+    DesiredView as DesiredView,
+    MinimalShadowMap as MinimalShadowMap,
+    Uniform as Uniform,
+)
+from .omnidirectional import (
+    Cube as Cube,
+    DualParaboloid as DualParaboloid,
+    ImprovedParaboloid as ImprovedParaboloid,
+    Spot as Spot,
+)
+from .warps import (
+    Fit as Fit,
+    NonOrthogonalWarp as NonOrthogonalWarp,
+    RectilinearWarp as RectilinearWarp,
+    WarpMethod as WarpMethod,
+)
+from .without_maps import Exact as Exact, RayTraced as RayTraced, ShadowVolumes as ShadowVolumes
 
 MapMethod: TypeAlias = (
     Uniform

@@ -42,8 +42,7 @@ from ...reference import reference
 from ...scene import Scene
 from ...scenes import objects_on_floor
 from .. import passes
-from ..report import progress
-from ..report import table as as_text
+from ..report import progress, table as as_text
 from ..result_tables import append, resume, write
 from ..timing import wall_ms
 from ..views import scene_and_views

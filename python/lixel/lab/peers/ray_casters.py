@@ -11,9 +11,10 @@ import numpy.typing as npt
 from ...camera import Camera
 from ...light import DirectionalLight
 from ...scene import Scene
-from ..rays import ray_directions, ray_offset
+from ..rays import embree_scene, ray_directions, ray_offset
 
 Visibility: TypeAlias = npt.NDArray[np.float32]
+Vectors: TypeAlias = npt.NDArray[np.float32]
 Render: TypeAlias = Callable[[Camera], Visibility]
 
 
@@ -64,23 +65,12 @@ def mitsuba_peer(scene: Scene, light: DirectionalLight) -> Render:
 
 def embree_peer(scene: Scene, light: DirectionalLight) -> Render:
     """Primary and shadow rays of Embree through embreex, on one core."""
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
+    traced = embree_scene(scene)
 
-    traced = EmbreeScene()
-    TriangleMesh(traced, scene.vertices.astype(np.float32), scene.faces.astype(np.int32))
-
-    def first(
-        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.int32]:
-        return np.asarray(traced.run(origins, directions))
-
-    def blocked(
-        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.bool_]:
+    def blocked(origins: Vectors, directions: Vectors) -> npt.NDArray[np.bool_]:
         return np.asarray(traced.run(origins, directions, query="OCCLUDED") >= 0)
 
-    return _by_rays(scene, light, first, blocked)
+    return _by_rays(scene, light, traced.run, blocked)
 
 
 def trimesh_peer(scene: Scene, light: DirectionalLight) -> Render:
@@ -100,16 +90,12 @@ def open3d_peer(scene: Scene, light: DirectionalLight) -> Render:
     traced = o3d.t.geometry.RaycastingScene()
     traced.add_triangles(scene.vertices.astype(np.float32), scene.faces)
 
-    def first(
-        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.int64]:
+    def first(origins: Vectors, directions: Vectors) -> npt.NDArray[np.int64]:
         hit = traced.cast_rays(np.concatenate([origins, directions], axis=1))
         triangle = hit["primitive_ids"].numpy().astype(np.int64)
         return np.where(triangle == traced.INVALID_ID, -1, triangle)
 
-    def blocked(
-        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.bool_]:
+    def blocked(origins: Vectors, directions: Vectors) -> npt.NDArray[np.bool_]:
         rays = np.concatenate([origins, directions], axis=1)
         return np.asarray(traced.test_occlusions(rays).numpy())
 
@@ -142,9 +128,7 @@ def warp_peer(scene: Scene, light: DirectionalLight) -> Render:
     }  # fmt: skip
     kernel = wp.kernel(nearest)
 
-    def first(
-        origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.int32]:
+    def first(origins: Vectors, directions: Vectors) -> npt.NDArray[np.int32]:
         triangles = wp.empty(len(origins), dtype=wp.int32)
         rays = [wp.array(each, dtype=wp.vec3) for each in (origins, directions)]
         wp.launch(kernel, dim=len(origins), inputs=[mesh.id, *rays], outputs=[triangles])
