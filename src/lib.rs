@@ -10,26 +10,27 @@
 //! * `methods`: one method, one paper, one file.
 //! * `python`: the only file that names pyo3.
 
-pub mod aliasing;
-pub mod bvh;
-pub mod camera;
-pub mod edge_directions;
-pub mod edges;
-pub mod error;
-pub mod fits;
-pub mod frustum;
-pub mod geometry;
-pub mod gpu;
-pub mod lanes;
-pub mod light;
-pub mod methods;
+// What only tests call is public: in `projection` the formulas, in `reference` the first hits.
+mod aliasing;
+mod bvh;
+mod camera;
+mod edge_directions;
+mod edges;
+mod error;
+mod fits;
+mod frustum;
+mod geometry;
+mod gpu;
+mod lanes;
+mod light;
+mod methods;
 pub mod projection;
 mod python;
 pub mod reference;
-pub mod region;
-pub mod render;
-pub mod rounding;
-pub mod scene;
+mod region;
+mod render;
+mod rounding;
+mod scene;
 #[cfg(test)]
 mod twin;
-pub mod warp;
+mod warp;

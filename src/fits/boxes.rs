@@ -25,12 +25,11 @@ pub enum Cut {
 }
 
 impl Cut {
-    /// The box of the receivers; on texels that hold still where `snaps`.
-    pub fn to_receivers(snaps: bool) -> Self {
-        if snaps {
-            Self::Snapped
-        } else {
-            Self::Receivers
+    /// The box of the receivers on texels that hold still, where `snaps`.
+    pub fn snapped_where(self, snaps: bool) -> Self {
+        match self {
+            Self::Receivers if snaps => Self::Snapped,
+            cut => cut,
         }
     }
 }

@@ -51,7 +51,7 @@ pub fn fit_cascades(
     cut_layers(
         receivers,
         layers,
-        Cut::to_receivers(slabs.snaps),
+        Cut::Receivers.snapped_where(slabs.snaps),
         resolution,
     )
 }

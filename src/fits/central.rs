@@ -2,6 +2,7 @@
 
 use super::layer::Layer;
 use super::parallel::light_axes;
+use super::receivers::Setting;
 use super::snapping::snapped;
 use crate::camera::Camera;
 use crate::light::Cone;
@@ -89,8 +90,14 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
     faces.collect()
 }
 
-/// Two paraboloids back to back, each with its half of space; the first looks along the axis.
-pub fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<Layer> {
+/// Two paraboloids back to back, each with its half of space; the first looks along the light's axis, or down where it
+/// has none.
+pub fn halves_of_light(setting: Setting, position: DVec3) -> Vec<Layer> {
+    let axis = setting.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
+    hemispheres(position, axis, setting.scene.bounds())
+}
+
+fn hemispheres(position: DVec3, axis: DVec3, scene: (DVec3, DVec3)) -> Vec<Layer> {
     let halves = [axis, -axis].map(|forward| Layer {
         projection: axes_for_scene(Paraboloid::UNIT, position, forward, scene),
         region: Region::new(vec![HalfSpace {

@@ -237,7 +237,7 @@ mod tests {
                 .take(corners);
             let hull = Hull::new(DVec3::Z, corners).unwrap();
             let matrix = hull.focused_along(DVec3::Z, SIZE).unwrap();
-            assert!(matrix.is_finite());
+            assert!(matrix.matrix().is_finite());
             for corner in &hull.corners {
                 assert!(matrix.place(*corner).abs().max_element() <= 200.0);
             }

@@ -4,9 +4,10 @@
 //! 2011, sections 3.1-3.3. The text's maximum of dot products in Eq. 2 is meant as the largest angle.
 
 use super::boxes::{Cut, Turn, cut_layers, fit_boxes, parallel_layer};
-use super::central::frustum_corners;
-use super::central::{axes_for_scene, fit_box, fit_square, places_of, smallest_cone_axis};
-use super::dual_paraboloid::{fit_dual_paraboloid, halves_of_light};
+use super::central::{
+    axes_for_scene, fit_box, fit_square, frustum_corners, halves_of_light, places_of,
+    smallest_cone_axis,
+};
 use super::layer::Layer;
 use super::parallel::{self, axes_at, bounds_of, projected_box};
 use super::receivers::{OutlinePoints, ReceiverQueries, Setting};
@@ -94,11 +95,13 @@ fn fit_frustum(
     let Some(depths) = depth_range(receivers)? else {
         return Ok(vec![]);
     };
-    let Setting { scene, camera, .. } = receivers.setting();
+    let setting = receivers.setting();
+    let Setting { scene, camera, .. } = setting;
     let cone = LightCone::of_frustum(camera, light, depths);
     let zoom_factor = cone.zoom_factor();
     if is_in_frustum(camera, light, depths) || zoom_factor > WIDEST {
-        return fit_dual_paraboloid(receivers, light, Cut::Whole, resolution);
+        let halves = halves_of_light(setting, light);
+        return cut_layers(receivers, halves, Cut::Whole, resolution);
     }
     let axes = axes_for_scene(Paraboloid::UNIT, light, cone.axis, scene.bounds());
     let far = (cone.farthest * (1.0 + 1e-6)).min(axes.far);

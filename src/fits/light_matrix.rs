@@ -61,10 +61,6 @@ impl LightMatrix {
         }
     }
 
-    pub fn is_finite(&self) -> bool {
-        self.rows().iter().all(|row| row.is_finite())
-    }
-
     /// Where a ray is in the map; not a number where it is behind the map's horizon.
     pub fn place(&self, ray: DVec3) -> DVec2 {
         let w = self.w.dot(ray);

@@ -2,7 +2,6 @@
 
 use super::boxes::{Cut, boxed_layers, layers_of_light, whole_layer};
 use super::central::{axes_for_scene, cube_faces};
-use super::focused::focused;
 use super::hull::MapSize;
 use super::layer::Layer;
 use super::light_matrix::LightMatrix;
@@ -23,6 +22,15 @@ pub enum Extent {
     Frustum,
     /// The receivers, from samples of the image.
     Receivers,
+}
+
+/// What light matrices are fitted to, and the size of their maps.
+#[derive(Debug, Clone, Copy)]
+pub struct Target {
+    pub extent: Extent,
+    /// Receivers looked at along the longer side of the image.
+    pub sample_resolution: u32,
+    pub size: MapSize,
 }
 
 /// What one map is fitted to.
@@ -100,17 +108,12 @@ fn parts_of_frustum(setting: Setting) -> Vec<Part> {
 
 /// The light's own layers, each over the box of what the map must hold, on texels that hold still while
 /// that moves.
-pub fn still_layers(
-    receivers: &mut dyn ReceiverQueries<'_>,
-    extent: Extent,
-    sample_resolution: u32,
-    size: MapSize,
-) -> Result<Vec<Layer>> {
+pub fn still_layers(receivers: &mut dyn ReceiverQueries<'_>, target: Target) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     let layers = layers_of_light(setting);
-    let points = match extent {
+    let points = match target.extent {
         Extent::Receivers => {
-            let samples = receivers.samples(sample_resolution)?;
+            let samples = receivers.samples(target.sample_resolution)?;
             let facing = samples.facing_the_light().into_iter();
             Some(facing.map(|i| samples.points[i]).collect::<Vec<_>>())
         }
@@ -130,7 +133,7 @@ pub fn still_layers(
         if first.x > last.x {
             return None;
         }
-        let room = size.margin * 0.5 * (last - first).truncate();
+        let room = target.size.margin * 0.5 * (last - first).truncate();
         Some((
             (first.truncate() - room).extend(low.z),
             (last.truncate() + room).extend(high.z),
@@ -142,7 +145,7 @@ pub fn still_layers(
         layers,
         boxes,
         Cut::Snapped,
-        size.resolution,
+        target.size.resolution,
     ))
 }
 
@@ -225,21 +228,20 @@ pub fn matrix_layers(
 /// finds none.
 pub fn fit_light_matrices(
     receivers: &mut dyn ReceiverQueries<'_>,
-    extent: Extent,
-    sample_resolution: u32,
-    size: MapSize,
+    target: Target,
     fit: impl Fn(&Subject) -> Option<LightMatrix>,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
-    let parts = match extent {
+    let parts = match target.extent {
         Extent::Frustum => parts_of_frustum(setting),
         Extent::Receivers => {
-            let samples = receivers.samples(sample_resolution)?;
+            let samples = receivers.samples(target.sample_resolution)?;
             parts_of_receivers(receivers, &samples, samples.facing_the_light())
         }
     };
+    let size = target.size;
     Ok(matrix_layers(setting, parts, size.resolution, |part| {
-        fit(&part.subject).or_else(|| focused(&part.subject, size))
+        fit(&part.subject).or_else(|| part.subject.focused(size))
     }))
 }
 
@@ -303,7 +305,7 @@ mod tests {
                     continue;
                 };
                 let fits = [
-                    focused(&subject, SIZE),
+                    subject.focused(SIZE),
                     light_space_perspective(&subject, &camera, SIZE),
                     perspective(&subject, &camera, SIZE),
                 ];
@@ -326,7 +328,7 @@ mod tests {
             let subject = Subject::new(&light, floor(&camera)).unwrap();
             let samples = samples(&subject, &camera);
             let fits = [
-                focused(&subject, SIZE),
+                subject.focused(SIZE),
                 light_space_perspective(&subject, &camera, SIZE),
                 perspective(&subject, &camera, SIZE),
             ];

@@ -4,11 +4,8 @@
 pub mod boxes;
 pub mod cascades;
 pub mod central;
-pub mod cube;
-pub mod dual_paraboloid;
 #[cfg(test)]
 mod fixtures;
-pub mod focused;
 pub mod hull;
 pub mod improved_paraboloid;
 pub mod layer;
@@ -25,6 +22,5 @@ pub mod rotation;
 pub mod samples;
 pub mod scene_optimized;
 pub mod snapping;
-pub mod spot;
 pub mod subject;
 pub mod uniform;

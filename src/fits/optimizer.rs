@@ -121,7 +121,7 @@ mod tests {
                 let (samples, hull) = seen(&rays, &camera);
                 let focused = hull.focused_along(DVec3::Z, SIZE).unwrap();
                 let best = optimize(DVec3::Z, &hull, &samples, SIZE).unwrap();
-                assert!(best.is_finite());
+                assert!(best.matrix().is_finite());
                 for sample in &samples {
                     let place = best.place(sample.ray);
                     assert!(

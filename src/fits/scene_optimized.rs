@@ -7,7 +7,6 @@
 //! Hamilton Yu-Ik Chong, Steven J. Gortler. Scene optimized shadow mapping. Harvard University, technical report
 //! TR-07-07, 2007.
 
-use super::focused::focused;
 use super::hull::MapSize;
 use super::layer::Layer;
 use super::light_matrix::LightMatrix;
@@ -54,7 +53,7 @@ pub fn focused_layers(
 ) -> Vec<Layer> {
     let parts = parts_of_receivers(receivers, samples, samples.facing_the_light());
     matrix_layers(receivers.setting(), parts, size.resolution, |part| {
-        focused(&part.subject, size)
+        part.subject.focused(size)
     })
 }
 

@@ -1,6 +1,7 @@
 //! What one light matrix is fitted to: a light's rays, and the points that its map must hold.
 
-use super::hull::Hull;
+use super::hull::{Hull, MapSize};
+use super::light_matrix::LightMatrix;
 use super::light_rays::RayBundle;
 use crate::camera::Camera;
 use crate::light::Light;
@@ -57,6 +58,12 @@ impl Subject {
     fn with_rays(rays: RayBundle, points: Vec<DVec3>) -> Option<Self> {
         let hull = Hull::new(DVec3::Z, points.iter().map(|&p| rays.ray_from_point(p)))?;
         Some(Self { rays, points, hull })
+    }
+
+    /// The smallest parallelogram around what is seen, without a perspective: the light looks along its own axis, the
+    /// third coordinate of its rays (Chong and Gortler, TR-07-07, sections 2.3 and 3).
+    pub fn focused(&self, size: MapSize) -> Option<LightMatrix> {
+        self.hull.focused_along(DVec3::Z, size)
     }
 
     pub fn middle(&self) -> DVec3 {

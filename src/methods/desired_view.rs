@@ -10,18 +10,13 @@
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
-use super::method::ShadowMethod;
-use super::parameters::{MapParameters, SNAP};
-use super::schema::{Groups, Parameters};
-use crate::error::Result;
-use crate::fits::boxes::{Cut, Turn, fit_boxes};
-use crate::gpu::view::{Recorded, View};
+use super::prelude::*;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct DesiredView {
-    pub map: MapParameters,
-    /// Whether texels hold still while the receivers move.
-    pub snaps: bool,
+parameters! {
+    pub struct DesiredView {
+        pub map: MapParameters,
+        pub snap: bool = SNAP,
+    }
 }
 
 impl ShadowMethod for DesiredView {
@@ -30,17 +25,8 @@ impl ShadowMethod for DesiredView {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
          mapping. Journal of Graphics Tools 7(4).";
 
-    const PARAMETERS: Groups = &[MapParameters::PARAMETERS, &[SNAP]];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            map: MapParameters::from_parameters(parameters),
-            snaps: parameters.get("snap"),
-        })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let cut = Cut::to_receivers(self.snaps);
+        let cut = Cut::Receivers.snapped_where(self.snap);
         let layers = fit_boxes(view, Turn::Still, cut, self.map.resolution)?;
         view.shadows(self.map.settings(), layers)
     }

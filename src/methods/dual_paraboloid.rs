@@ -10,22 +10,18 @@
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
-use super::method::ShadowMethod;
-use super::parameters::{MapParameters, SNAP, cut_from, position_of};
-use super::schema::{Choices, Groups, Parameters, Rule, word};
-use crate::error::Result;
-use crate::fits::boxes::Cut;
-use crate::fits::dual_paraboloid::fit_dual_paraboloid;
-use crate::fits::layer::Layer;
-use crate::gpu::view::{Recorded, View};
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct DualParaboloid {
-    pub map: MapParameters,
-    pub cut: Cut,
-}
+use super::prelude::*;
+use crate::fits::central::halves_of_light;
 
 const CUTS: Choices<Cut> = &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)];
+
+parameters! {
+    pub struct DualParaboloid {
+        pub map: MapParameters,
+        pub cut: Cut = choice(CUTS, "hemisphere"),
+        pub snap: bool = SNAP,
+    }
+}
 
 impl ShadowMethod for DualParaboloid {
     const NAME: &'static str = "dual_paraboloid";
@@ -33,20 +29,9 @@ impl ShadowMethod for DualParaboloid {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Shadow \
          mapping for hemispherical and omnidirectional light sources. Computer Graphics International.";
 
-    const PARAMETERS: Groups = &[
-        MapParameters::PARAMETERS,
-        &[word("cut", "hemisphere", Rule::Choice(&CUTS)), SNAP],
-    ];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            map: MapParameters::from_parameters(parameters),
-            cut: cut_from(parameters, CUTS),
-        })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fit(view, self.cut, self.map.resolution)?;
+        let cut = self.cut.snapped_where(self.snap);
+        let layers = fit(view, cut, self.map.resolution)?;
         view.shadows(self.map.settings(), layers)
     }
 }
@@ -54,5 +39,6 @@ impl ShadowMethod for DualParaboloid {
 /// Of a light with a position, the only one that has halves.
 pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
     let position = position_of(view.light, DualParaboloid::NAME)?;
-    fit_dual_paraboloid(view, position, cut, resolution)
+    let halves = halves_of_light(view.setting(), position);
+    cut_layers(view, halves, cut, resolution)
 }

@@ -14,23 +14,12 @@
 //!
 //! Limits: time grows with the casters whose bound holds receivers, whether they shadow them or not.
 
-use super::method::ShadowMethod;
-use super::schema::{Choices, Groups, Parameters, Rule, count, word};
+use super::prelude::*;
 use super::warps::{non_orthogonal, rectilinear};
-use crate::error::Result;
 use crate::fits::boxes::fit_straight_boxes;
-use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::{Factors, Importance};
 use crate::gpu::passes::light_grid::{LARGEST_RESOLUTION, TILE};
 use crate::gpu::passes::warp_map::CountFit;
-use crate::gpu::view::{Recorded, View, WarpedLayer};
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Exact {
-    /// Texels along each side of the grid; `None` for about two texels to a receiver.
-    pub resolution: Option<u32>,
-    pub warp: Warp,
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Warp {
@@ -49,25 +38,21 @@ const WARPS: Choices<Warp> = &[
     ("notw", Warp::NonOrthogonal),
 ];
 
+parameters! {
+    pub struct Exact {
+        /// Texels along each side of the grid; `None` for about two texels to a receiver.
+        pub resolution: Option<u32> = count(None, LARGEST_RESOLUTION, "texels"),
+        /// Measured on two scenes of 260,000 triangles: the warps shorten the longest list to a fifth, but
+        /// casters' bounds grow, and frames take 1.2 to 2.2 times as long.
+        pub warp: Warp = choice(WARPS, "none"),
+    }
+}
+
 impl ShadowMethod for Exact {
     const NAME: &'static str = "exact";
     const TITLE: &'static str = "Exact (irregular z-buffer)";
     const CITATION: &'static str = "Johnson, G., Lee, J., Burns, C., and Mark, W. 2005. The \
          irregular Z-buffer. ACM Transactions on Graphics 24(4).";
-
-    const PARAMETERS: Groups = &[&[
-        count("resolution", None, LARGEST_RESOLUTION, "texels"),
-        // Measured on two scenes of 260,000 triangles: the warps shorten the longest list to a fifth, but
-        // casters' bounds grow, and frames take 1.2 to 2.2 times as long.
-        word("warp", "none", Rule::Choice(&WARPS)),
-    ]];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            resolution: parameters.get("resolution"),
-            warp: parameters.choice("warp", WARPS),
-        })
-    }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let mut layers = Vec::new();

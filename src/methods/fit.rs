@@ -1,16 +1,11 @@
 //! The fit that a warp is laid over.
 
 use super::lispsm::LightSpacePerspective;
+use super::prelude::*;
 use super::scene_optimized::SceneOptimized;
-use super::schema::{Choices, Parameters};
 use super::{cube, dual_paraboloid, spot};
-use crate::error::{Result, ensure_value};
-use crate::fits::boxes::{Cut, Turn, fit_boxes};
 use crate::fits::improved_paraboloid::{Zoom, fit_improved_paraboloid};
-use crate::fits::layer::Layer;
-use crate::gpu::view::View;
 use glam::DMat3;
-use std::borrow::Cow;
 
 /// Which maps there are, before their sides are fitted to the receivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,33 +43,24 @@ pub const FITS: Choices<Fit> = &[
     ("spot", Fit::Spot),
 ];
 
-/// The map that is warped, and whether its texels hold still while the receivers move, which those of a map
-/// that turns with them cannot.
-pub fn fit_from(parameters: &Parameters) -> Result<(Fit, bool)> {
-    let (fit, snaps): (_, bool) = (parameters.choice("fit", FITS), parameters.get("snap"));
-    let holds_still = matches!(
-        fit,
-        Fit::DesiredView | Fit::Cube | Fit::DualParaboloid | Fit::Spot
-    );
-    ensure_value!(
-        holds_still || !snaps,
-        "snap must come with one of the fits 'desired_view', 'cube', 'dual_paraboloid', 'spot', whose maps \
-         do not turn with the receivers, got '{}'",
-        parameters.get::<Cow<str>>("fit")
-    );
-    Ok((fit, snaps))
-}
-
 impl Fit {
     /// The maps around the receivers. A layer without receivers is left out.
     pub fn fit(self, view: &mut View, snaps: bool, resolution: u32) -> Result<Vec<Layer>> {
-        let cut = Cut::to_receivers(snaps);
+        let cut = Cut::Receivers.snapped_where(snaps);
         match self {
             Self::DesiredView => fit_boxes(view, Turn::Still, cut, resolution),
             Self::MinSm => fit_boxes(view, Turn::SmallestRectangle, cut, resolution),
             Self::PrincipalAxes => fit_boxes(view, Turn::PrincipalAxes, cut, resolution),
-            Self::LightSpacePerspective => LightSpacePerspective::new(resolution).fit(view),
-            Self::SceneOptimized => SceneOptimized::new(resolution).fit(view),
+            Self::LightSpacePerspective => {
+                let mut method = LightSpacePerspective::defaults();
+                method.map.resolution = resolution;
+                method.fit(view)
+            }
+            Self::SceneOptimized => {
+                let mut method = SceneOptimized::defaults();
+                method.map.resolution = resolution;
+                method.fit(view)
+            }
             Self::Cube => cube::fit(view, DMat3::IDENTITY, cut, resolution),
             Self::DualParaboloid => dual_paraboloid::fit(view, cut, resolution),
             Self::ImprovedParaboloid => fit_improved_paraboloid(view, Zoom::Receivers, resolution),

@@ -4,20 +4,15 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
-use super::fit::FITS;
-use super::parameters::SNAP;
-use super::schema::{
-    Array, Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, OldMap, Parameter, Parameters, Rule,
-    Value, count, number, parameter, word,
-};
-use crate::error::{Error, Result, ensure_value};
-use crate::fits::layer::Layer;
+use super::fit::{FITS, Fit};
+use super::prelude::*;
+use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value};
 use crate::gpu::passes::blend_importance::{OldImportance, blend_importance};
 use crate::gpu::passes::boundary::BoundaryWeights;
 use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
 use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::{MAX_CELLS, WarpMap};
-use crate::gpu::view::{Analysed, MapSettings, View};
+use crate::gpu::view::{Analysed, MapSettings};
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -39,70 +34,119 @@ pub const DIRECTIONS: Choices<Direction> = &[
     ("hybrid", Direction::Hybrid),
 ];
 
-/// The factors and their parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Analysis {
-    distance: bool,
-    normal: bool,
+/// The functions whose product is the importance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Functions {
+    pub distance: bool,
+    pub normal: bool,
     pub shadow_edge: bool,
     pub boundary: bool,
-    normal_bonus: f64,
-    /// Side of the depth image, or of the map of the first pass.
-    resolution: u32,
-    edge_bias: Option<f64>,
-    edge_floor: f64,
-    boundary_weight: f64,
-    pub pixel_weights: Option<Array>,
-    map_weights: Option<Array>,
-    /// Layers of the frame before, whose importance is blended in (Rosen, 5.5).
-    previous: Arc<[OldMap]>,
-    /// Their part.
-    blend: f64,
 }
 
-/// What the layers of a frame share, on the device.
-pub struct Prepared {
-    boundary: Option<BoundaryWeights>,
-    pixel_weights: Option<wgpu::Buffer>,
-    map_weights: Option<wgpu::Buffer>,
-}
-
-impl Analysis {
-    /// Beside `importance`, of whose functions each method knows its own.
-    pub const PARAMETERS: &'static [Parameter] = &[
-        number("normal_bonus", Some(2.0), NON_NEGATIVE, ""),
-        count("analysis_resolution", Some(512), MAX_RESOLUTION, "texels"),
-        number("edge_bias", None, NON_NEGATIVE, "world units"),
-        number("edge_floor", Some(0.001), FRACTION, ""),
-        number("boundary_weight", Some(20.0), NON_NEGATIVE, ""),
-        parameter("pixel_weights", Rule::Weights, Value::None, ""),
-        parameter("map_weights", Rule::Weights, Value::None, ""),
-        parameter("previous", Rule::Maps, Value::None, ""),
-        number("blend", Some(0.5), FRACTION, ""),
-        count("importance_resolution", Some(512), MAX_CELLS, "cells"),
-        word("fit", "desired_view", Rule::Choice(&FITS)),
-        SNAP,
-    ];
-
-    pub fn from_parameters(parameters: &Parameters) -> Self {
-        let product: Cow<str> = parameters.get("importance");
+impl Typed for Functions {
+    fn typed(value: &Value) -> Self {
+        let product = Cow::typed(value);
         let has = |factor: &str| product.split('*').any(|known| known == factor);
-        let previous: Option<Arc<[OldMap]>> = parameters.get("previous");
         Self {
             distance: has("distance"),
             normal: has("normal"),
             shadow_edge: has("shadow_edge"),
             boundary: has("boundary"),
-            normal_bonus: parameters.get("normal_bonus"),
-            resolution: parameters.get("analysis_resolution"),
-            edge_bias: parameters.get("edge_bias"),
-            edge_floor: parameters.get("edge_floor"),
-            boundary_weight: parameters.get("boundary_weight"),
-            pixel_weights: parameters.get("pixel_weights"),
-            map_weights: parameters.get("map_weights"),
-            previous: previous.unwrap_or_default(),
-            blend: parameters.get("blend"),
         }
+    }
+}
+
+parameters! {
+    /// Beside `importance`, of whose functions each method knows its own.
+    pub struct AnalysisParameters {
+        pub normal_bonus: f64 = number(Some(2.0), NON_NEGATIVE, ""),
+        /// Side of the depth image, or of the map of the first pass.
+        pub analysis_resolution: u32 = count(Some(512), MAX_RESOLUTION, "texels"),
+        pub edge_bias: Option<f64> = number(None, NON_NEGATIVE, "world units"),
+        pub edge_floor: f64 = number(Some(0.001), FRACTION, ""),
+        pub boundary_weight: f64 = number(Some(20.0), NON_NEGATIVE, ""),
+        pub pixel_weights: Option<Array> = optional(Rule::Weights),
+        pub map_weights: Option<Array> = optional(Rule::Weights),
+        /// Layers of the frame before, whose importance is blended in (Rosen, 5.5).
+        pub previous: Arc<[OldMap]> = optional(Rule::Maps),
+        /// Their part.
+        pub blend: f64 = number(Some(0.5), FRACTION, ""),
+        /// Along each side of the importance map.
+        pub importance_resolution: u32 = count(Some(512), MAX_CELLS, "cells"),
+        pub fit: Fit = choice(FITS, "desired_view"),
+        /// Of the map before it is warped.
+        pub snap: bool = SNAP,
+    }
+}
+
+impl AnalysisParameters {
+    /// The texels of a map that turns with the receivers cannot hold still while they move.
+    pub fn check(&self) -> Result<()> {
+        let holds_still = matches!(
+            self.fit,
+            Fit::DesiredView | Fit::Cube | Fit::DualParaboloid | Fit::Spot
+        );
+        let own = FITS.iter().find(|(_, fit)| *fit == self.fit);
+        ensure_value!(
+            holds_still || !self.snap,
+            "snap must come with one of the fits 'desired_view', 'cube', 'dual_paraboloid', 'spot', whose maps \
+             do not turn with the receivers, got '{}'",
+            own.map_or("", |(word, _)| word)
+        );
+        Ok(())
+    }
+}
+
+/// The functions with what the layers of a frame share, on the device.
+pub struct Analysis<'a> {
+    importance: Functions,
+    given: &'a AnalysisParameters,
+    boundary: Option<BoundaryWeights>,
+    pixel_weights: Option<wgpu::Buffer>,
+    map_weights: Option<wgpu::Buffer>,
+}
+
+impl<'a> Analysis<'a> {
+    /// Uploads and first passes, once for all layers.
+    pub fn new(
+        importance: Functions,
+        given: &'a AnalysisParameters,
+        view: &mut View,
+        map: MapSettings,
+        layers: &[Layer],
+    ) -> Result<Self> {
+        let camera = view.camera;
+        if let Some(weights) = &given.pixel_weights {
+            let (rows, columns) = (camera.height as usize, camera.width as usize);
+            ensure_value!(
+                (weights.rows, weights.columns) == (rows, columns),
+                "pixel_weights must have the shape of the image, ({rows}, {columns}), got ({}, {})",
+                weights.rows,
+                weights.columns
+            );
+        }
+        let frame = view.frame();
+        let upload = |what, weights: &Option<Array>| {
+            let uploaded = weights.as_ref().map(|w| frame.constants(what, &w.values));
+            uploaded.transpose()
+        };
+        let pixel_weights = upload("pixel weights", &given.pixel_weights)?;
+        let map_weights = upload("map weights", &given.map_weights)?;
+        let mut boundary = None;
+        if importance.boundary && !layers.is_empty() {
+            let small = layers
+                .iter()
+                .map(|layer| layer.with_resolution(given.analysis_resolution));
+            let plain = view.shadows(map.without_filter(), small)?;
+            boundary = Some(view.boundary(&plain.visibility, given.boundary_weight)?);
+        }
+        Ok(Self {
+            importance,
+            given,
+            boundary,
+            pixel_weights,
+            map_weights,
+        })
     }
 
     /// What a weight of one counts, so that no cell can overflow 32 bits however the receivers fall.
@@ -115,19 +159,23 @@ impl Analysis {
             })
         };
         let factors = [
-            self.normal.then_some(1.0 + self.normal_bonus),
-            self.shadow_edge.then_some(1.0),
-            self.boundary.then_some(self.boundary_weight.max(1.0)),
-            greatest(&self.pixel_weights).map(f64::from),
-            greatest(&self.map_weights).map(f64::from),
+            self.importance
+                .normal
+                .then_some(1.0 + self.given.normal_bonus),
+            self.importance.shadow_edge.then_some(1.0),
+            self.importance
+                .boundary
+                .then_some(self.given.boundary_weight.max(1.0)),
+            greatest(&self.given.pixel_weights).map(f64::from),
+            greatest(&self.given.map_weights).map(f64::from),
         ];
-        let old = self.previous.iter().map(|map| {
+        let old = self.given.previous.iter().map(|map| {
             let values = map.importance.values.iter();
             values.map(|&weight| f64::from(weight)).sum::<f64>()
         });
         // A part of half of what fits: blending may gather what lies in the old map.
         let limit = 0.1 * f64::from(u32::MAX) / old.fold(f64::MIN_POSITIVE, f64::max);
-        if factors.iter().all(Option::is_none) && self.previous.is_empty() {
+        if factors.iter().all(Option::is_none) && self.given.previous.is_empty() {
             return 1.0;
         }
         let most: f64 = factors.into_iter().flatten().product();
@@ -146,7 +194,7 @@ impl Analysis {
         map: &ImportanceMap,
         warp: Option<&WarpMap>,
     ) -> Result<()> {
-        if self.previous.is_empty() || self.blend == 0.0 {
+        if self.given.previous.is_empty() || self.given.blend == 0.0 {
             return Ok(());
         }
         let projection = &layer.projection;
@@ -162,7 +210,7 @@ impl Analysis {
             )
         })?;
         let sides = DVec2::new(f64::from(projection.width), f64::from(projection.height));
-        let placed = self.previous.iter().filter_map(|old| {
+        let placed = self.given.previous.iter().filter_map(|old| {
             let columns = world.map(|column| {
                 let place = old.map_from_world * column;
                 DVec3::new(place.x, place.y, place.w)
@@ -181,43 +229,9 @@ impl Analysis {
             columns: old.importance.columns as u32,
             rows: old.importance.rows as u32,
             old_from_new,
-            share: self.blend,
+            share: self.given.blend,
         };
         blend_importance(view.frame(), map, old, warp)
-    }
-
-    /// Uploads and first passes, once for all layers.
-    pub fn prepare(&self, view: &mut View, map: MapSettings, layers: &[Layer]) -> Result<Prepared> {
-        let camera = view.camera;
-        if let Some(weights) = &self.pixel_weights {
-            let (rows, columns) = (camera.height as usize, camera.width as usize);
-            ensure_value!(
-                (weights.rows, weights.columns) == (rows, columns),
-                "pixel_weights must have the shape of the image, ({rows}, {columns}), got ({}, {})",
-                weights.rows,
-                weights.columns
-            );
-        }
-        let frame = view.frame();
-        let upload = |what, weights: &Option<Array>| {
-            let uploaded = weights.as_ref().map(|w| frame.constants(what, &w.values));
-            uploaded.transpose()
-        };
-        let pixel_weights = upload("pixel weights", &self.pixel_weights)?;
-        let map_weights = upload("map weights", &self.map_weights)?;
-        let mut boundary = None;
-        if self.boundary && !layers.is_empty() {
-            let small = layers
-                .iter()
-                .map(|layer| layer.with_resolution(self.resolution));
-            let plain = view.shadows(map.without_filter(), small)?;
-            boundary = Some(view.boundary(&plain.visibility, self.boundary_weight)?);
-        }
-        Ok(Prepared {
-            boundary,
-            pixel_weights,
-            map_weights,
-        })
     }
 
     /// What the light sees of a layer, where a factor or the direction asks for it.
@@ -230,30 +244,31 @@ impl Analysis {
         if direction == Direction::Backward {
             return Ok(None);
         }
-        let mut analysed = view.depth_image(layer.with_resolution(self.resolution))?;
-        if self.shadow_edge {
+        let mut analysed =
+            view.depth_image(layer.with_resolution(self.given.analysis_resolution))?;
+        if self.importance.shadow_edge {
             // A light's image of a slope has steps of about a texel; what is beyond them is an edge.
             let bias = self
+                .given
                 .edge_bias
                 .map_or(EdgeBias::Texels(2.0), EdgeBias::Constant);
-            view.shadow_edges(&mut analysed, bias, self.edge_floor)?;
+            view.shadow_edges(&mut analysed, bias, self.given.edge_floor)?;
         }
         Ok(Some(analysed))
     }
 
-    pub fn factors<'a>(
-        &self,
-        prepared: &'a Prepared,
-        analysed: Option<&'a Analysed>,
-    ) -> Factors<'a> {
+    pub fn factors<'b>(&'b self, analysed: Option<&'b Analysed>) -> Factors<'b> {
         let edges = analysed.and_then(|analysed| analysed.edges.as_ref());
-        let map_weights = prepared.map_weights.as_ref().zip(self.map_weights.as_ref());
+        let map_weights = self
+            .map_weights
+            .as_ref()
+            .zip(self.given.map_weights.as_ref());
         Factors {
-            distance: self.distance,
-            normal: self.normal.then_some(self.normal_bonus),
-            shadow_edge: edges.map(|edges| (&**edges, self.resolution)),
-            boundary: prepared.boundary.as_ref(),
-            pixel_weights: prepared.pixel_weights.as_ref(),
+            distance: self.importance.distance,
+            normal: self.importance.normal.then_some(self.given.normal_bonus),
+            shadow_edge: edges.map(|edges| (&**edges, self.given.analysis_resolution)),
+            boundary: self.boundary.as_ref(),
+            pixel_weights: self.pixel_weights.as_ref(),
             map_weights: map_weights
                 .map(|(buffer, array)| (buffer, [array.columns as u32, array.rows as u32])),
         }

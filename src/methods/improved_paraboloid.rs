@@ -18,18 +18,8 @@
 //! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
 //! texels is one of two hundred, and jumps as the camera moves.
 
-use super::method::ShadowMethod;
-use super::parameters::MapParameters;
-use super::schema::{Choices, Groups, Parameters, Rule, word};
-use crate::error::Result;
+use super::prelude::*;
 use crate::fits::improved_paraboloid::{Zoom, fit_improved_paraboloid};
-use crate::gpu::view::{Recorded, View};
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImprovedParaboloid {
-    pub map: MapParameters,
-    pub zoom: Zoom,
-}
 
 const ZOOMS: Choices<Zoom> = &[
     ("frustum", Zoom::Frustum),
@@ -37,26 +27,21 @@ const ZOOMS: Choices<Zoom> = &[
     ("receivers", Zoom::Receivers),
 ];
 
+parameters! {
+    pub struct ImprovedParaboloid {
+        pub map: MapParameters,
+        pub cut: Zoom = choice(ZOOMS, "receivers"),
+    }
+}
+
 impl ShadowMethod for ImprovedParaboloid {
     const NAME: &'static str = "improved_paraboloid";
     const TITLE: &'static str = "Improved paraboloid shadow maps";
     const CITATION: &'static str = "Vanek, J., Navrátil, J., Herout, A., and Zemčík, P. 2011. \
          High-quality shadows with improved paraboloid mapping. ISVC.";
 
-    const PARAMETERS: Groups = &[
-        MapParameters::PARAMETERS,
-        &[word("cut", "receivers", Rule::Choice(&ZOOMS))],
-    ];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            map: MapParameters::from_parameters(parameters),
-            zoom: parameters.choice("cut", ZOOMS),
-        })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fit_improved_paraboloid(view, self.zoom, self.map.resolution)?;
+        let layers = fit_improved_paraboloid(view, self.cut, self.map.resolution)?;
         view.shadows(self.map.settings(), layers)
     }
 }

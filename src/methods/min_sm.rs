@@ -11,16 +11,12 @@
 //!
 //! Limits: where the receivers' box is hardly smaller for being turned, little is won.
 
-use super::method::ShadowMethod;
-use super::parameters::MapParameters;
-use super::schema::{Groups, Parameters};
-use crate::error::Result;
-use crate::fits::boxes::{Cut, Turn, fit_boxes};
-use crate::gpu::view::{Recorded, View};
+use super::prelude::*;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct MinimalShadowMap {
-    pub map: MapParameters,
+parameters! {
+    pub struct MinimalShadowMap {
+        pub map: MapParameters,
+    }
 }
 
 impl ShadowMethod for MinimalShadowMap {
@@ -28,13 +24,6 @@ impl ShadowMethod for MinimalShadowMap {
     const TITLE: &'static str = "Minimal shadow frustum";
     const CITATION: &'static str = "Milet, T., Navrátil, J., and Zemčík, P. 2015. An improved \
          non-orthogonal texture warping for better shadow rendering. WSCG, section 3.2.";
-
-    const PARAMETERS: Groups = &[MapParameters::PARAMETERS];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters);
-        Ok(Self { map })
-    }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let turn = Turn::SmallestRectangle;

@@ -18,6 +18,7 @@ mod min_sm;
 mod notw;
 pub mod parameters;
 mod plane_optimal;
+mod prelude;
 mod psm;
 mod ray_traced;
 mod rtw;
@@ -30,8 +31,8 @@ mod warps;
 
 use crate::error::{Error, Result};
 use crate::gpu::view::{Recorded, View};
-use method::{Description, ShadowMethod, schema_of};
-use schema::{Parameters, Schema};
+use method::{Description, ShadowMethod};
+use schema::{ParameterGroup, Parameters, Schema};
 
 macro_rules! methods {
     ($($variant:ident = $type:path,)+) => {
@@ -47,7 +48,7 @@ macro_rules! methods {
                 vec![$(Description {
                     title: <$type>::TITLE,
                     citation: <$type>::CITATION,
-                    schema: schema_of::<$type>(),
+                    schema: <$type>::SCHEMA,
                 },)+]
             }
 
@@ -65,7 +66,11 @@ macro_rules! methods {
             /// The method whose schema that is, with values of its parameters.
             pub fn new(schema: Schema, parameters: &Parameters) -> Result<Self> {
                 match schema.name {
-                    $(<$type>::NAME => <$type>::from_parameters(parameters).map(Self::$variant),)+
+                    $(<$type>::NAME => {
+                        let method = <$type>::from_parameters(parameters);
+                        method.check()?;
+                        Ok(Self::$variant(method))
+                    })+
                     other => unreachable!("{other} is not listed"),
                 }
             }

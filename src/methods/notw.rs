@@ -20,36 +20,29 @@
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
 
-use super::fit::{Fit, fit_from};
-use super::importance::{Analysis, Direction};
-use super::method::ShadowMethod;
-use super::parameters::MapParameters;
-use super::schema::{FRACTION, Groups, NON_NEGATIVE, Parameters, Rule, count, number, word};
+use super::importance::{Analysis, AnalysisParameters, Direction, Functions};
+use super::prelude::*;
 use super::warps::non_orthogonal;
-use crate::error::{Result, ensure_value};
-use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::Importance;
 use crate::gpu::passes::rasterize::{Rasterization, max_bands};
 use crate::gpu::passes::warp_map::{Axis, CountFit, MAX_CELLS, WarpMap};
-use crate::gpu::view::{Recorded, View};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
 const FUNCTION_COUNT: u32 = 16;
 
 const FUNCTIONS: &[&str] = &["count", "normal", "shadow_edge", "boundary"];
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct NonOrthogonalWarp {
-    pub map: MapParameters,
-    pub fit: Fit,
-    /// Whether texels hold still while the receivers move, before they are warped.
-    pub snaps: bool,
-    /// Cells along each side, and of each function.
-    pub importance_resolution: u32,
-    /// Functions along each axis.
-    pub function_count: u32,
-    pub analysis: Analysis,
-    pub fit_of_counts: CountFit,
+parameters! {
+    pub struct NonOrthogonalWarp {
+        pub map: MapParameters,
+        pub importance: Functions = word("count", Rule::Product(FUNCTIONS)),
+        pub given: AnalysisParameters,
+        /// Along each axis.
+        pub function_count: Option<u32> = count(None, MAX_CELLS, "functions"),
+        pub smoothing: Option<f64> = number(None, NON_NEGATIVE, "cells"),
+        pub exponent: f64 = number(Some(0.5), FRACTION, ""),
+        pub even_share: f64 = number(Some(0.1), FRACTION, ""),
+    }
 }
 
 impl ShadowMethod for NonOrthogonalWarp {
@@ -58,92 +51,79 @@ impl ShadowMethod for NonOrthogonalWarp {
     const CITATION: &'static str = "Milet, T., Navrátil, J., and Zemčík, P. 2015. An improved \
          non-orthogonal texture warping for better shadow rendering. WSCG.";
 
-    const PARAMETERS: Groups = &[
-        MapParameters::PARAMETERS,
-        &[word("importance", "count", Rule::Product(FUNCTIONS))],
-        Analysis::PARAMETERS,
-        &[
-            count("function_count", None, MAX_CELLS, "functions"),
-            number("smoothing", None, NON_NEGATIVE, "cells"),
-            number("exponent", Some(0.5), FRACTION, ""),
-            number("even_share", Some(0.1), FRACTION, ""),
-        ],
-    ];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters);
-        let importance_resolution: u32 = parameters.get("importance_resolution");
-        let most = match map.rasterization {
-            Rasterization::Exact => FUNCTION_COUNT,
-            // Straight edges come near the warp's only where neighbouring functions are alike.
-            Rasterization::Linear { .. } => importance_resolution,
-        };
-        let function_count: Option<u32> = parameters.get("function_count");
-        let function_count = function_count.unwrap_or(most.min(importance_resolution));
+    fn check(&self) -> Result<()> {
+        let (cells, functions) = (self.given.importance_resolution, self.functions());
         ensure_value!(
-            function_count <= importance_resolution,
-            "function_count must be at most importance_resolution, {importance_resolution}, \
-             got {function_count}"
+            functions <= cells,
+            "function_count must be at most importance_resolution, {cells}, got {functions}"
         );
-        if map.rasterization == Rasterization::Exact {
-            let (resolution, most) = (map.resolution, max_bands(map.resolution, map.resolution));
-            ensure_value!(
-                function_count <= most,
-                "function_count must be at most {most} with a map of {resolution} texels, got \
-                 {function_count}"
-            );
-        }
-        let smoothing: Option<f64> = parameters.get("smoothing");
-        // Rows that share a function are averaged already.
-        let rows_of_function = f64::from(importance_resolution) / f64::from(function_count);
-        let width = f64::from(importance_resolution) / 32.0 - rows_of_function;
-        let (fit, snaps) = fit_from(parameters)?;
-        Ok(Self {
-            map,
-            analysis: Analysis::from_parameters(parameters),
-            fit,
-            snaps,
-            importance_resolution,
-            function_count,
-            fit_of_counts: CountFit {
-                smoothing: smoothing.unwrap_or(width.max(0.0)),
-                exponent: parameters.get("exponent"),
-                even_share: parameters.get("even_share"),
-            },
-        })
+        let resolution = self.map.resolution;
+        let most = max_bands(resolution, resolution);
+        ensure_value!(
+            self.map.rasterization != Rasterization::Exact || functions <= most,
+            "function_count must be at most {most} with a map of {resolution} texels, got {functions}"
+        );
+        self.given.check()
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let (map, cells) = (self.map.settings(), self.importance_resolution);
-        let layers = self.fit.fit(view, self.snaps, self.map.resolution)?;
-        let prepared = self.analysis.prepare(view, map, &layers)?;
-        let unit = self.analysis.count_unit(view.camera.pixel_count());
+        let (map, cells) = (self.map.settings(), self.given.importance_resolution);
+        let layers = self
+            .given
+            .fit
+            .fit(view, self.given.snap, self.map.resolution)?;
+        let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
+        let unit = analysis.count_unit(view.camera.pixel_count());
         // Counts are of receivers; shadow edges are seen from the light.
-        let direction = if self.analysis.shadow_edge {
+        let direction = if self.importance.shadow_edge {
             Direction::Hybrid
         } else {
             Direction::Backward
         };
         let mut warped = Vec::new();
         for layer in layers {
-            let analysed = self.analysis.look(view, &layer, direction)?;
-            let factors = self.analysis.factors(&prepared, analysed.as_ref());
+            let analysed = analysis.look(view, &layer, direction)?;
+            let factors = analysis.factors(analysed.as_ref());
             let counts = |view: &mut View, layer: &Layer, axis: Axis, warp: &WarpMap| {
                 let counted = Importance::Count { along: axis, unit };
                 let counts = view.importance_map(layer, cells, counted, factors, Some(warp))?;
                 let along_x = (axis == Axis::Y).then_some(warp);
-                self.analysis.blend(view, layer, &counts, along_x)?;
+                analysis.blend(view, layer, &counts, along_x)?;
                 Ok(counts)
             };
-            let functions = [self.function_count, cells];
+            let functions = [self.functions(), cells];
             warped.push(non_orthogonal(
                 view,
                 layer,
                 functions,
-                self.fit_of_counts,
+                self.fit_of_counts(),
                 counts,
             )?);
         }
         view.shadows(map, warped)
+    }
+}
+
+impl NonOrthogonalWarp {
+    /// Functions along each axis.
+    fn functions(&self) -> u32 {
+        let cells = self.given.importance_resolution;
+        let most = match self.map.rasterization {
+            Rasterization::Exact => FUNCTION_COUNT,
+            // Straight edges come near the warp's only where neighbouring functions are alike.
+            Rasterization::Linear { .. } => cells,
+        };
+        self.function_count.unwrap_or(most.min(cells))
+    }
+
+    fn fit_of_counts(&self) -> CountFit {
+        let cells = f64::from(self.given.importance_resolution);
+        // Rows that share a function are averaged already.
+        let width = cells / 32.0 - cells / f64::from(self.functions());
+        CountFit {
+            smoothing: self.smoothing.unwrap_or(width.max(0.0)),
+            exponent: self.exponent,
+            even_share: self.even_share,
+        }
     }
 }

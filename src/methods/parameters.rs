@@ -1,33 +1,19 @@
 //! Parameters that methods share: of a shadow map, of a fit, of a filter, each declared once.
 
 use super::schema::{
-    Choices, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, POSITIVE, POSITIVE_FRACTION, Parameter,
-    Parameters, Rule, Schema, Value, count, flag, number, word,
+    Choices, Entry, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, POSITIVE, POSITIVE_FRACTION, Parameter,
+    ParameterGroup, Rule, Schema, Typed, Value, chosen, count, flag, number, parameters, word,
 };
 use crate::error::{Error, Result};
-use crate::fits::boxes::Cut;
 use crate::fits::hull::MapSize;
-use crate::fits::matrix_layers::Extent;
+use crate::fits::matrix_layers::{Extent, Target};
 use crate::gpu::passes::bias::{Bias, BiasRule};
 use crate::gpu::passes::lookup::{Comparison, Filter};
 use crate::gpu::passes::rasterize::Rasterization;
 use crate::gpu::view::MapSettings;
 use crate::light::Light;
 use glam::DVec3;
-
-/// Parameters of every method that has a shadow map.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MapParameters {
-    /// Texels along each side.
-    pub resolution: u32,
-    pub rasterization: Rasterization,
-    pub lookup: Comparison,
-    pub bias: Bias,
-    /// World units; `None` for the default of the kind of bias.
-    pub constant_bias: Option<f64>,
-    /// Texels.
-    pub slope_bias: f64,
-}
+use std::borrow::Cow;
 
 const BIASES: Choices<Bias> = &[
     ("auto", Bias::Auto),
@@ -54,55 +40,45 @@ const LOOKUPS: Choices<Comparison> = &[
     ("triangle_5x5", comparison(2, true, false)),
 ];
 
-/// Each with whether edges are straight in the map.
-const RASTERIZATIONS: Choices<bool> = &[("exact", false), ("linear", true)];
+const RASTERIZATIONS: Choices<Rasterization> = &[
+    ("exact", Rasterization::Exact),
+    ("linear", Rasterization::Linear { longest_edge: None }),
+];
+
+parameters! {
+    /// Parameters of every method that has a shadow map.
+    pub struct MapParameters {
+        /// Texels along each side.
+        pub resolution: u32 = count(Some(1024), MAX_RESOLUTION, "texels"),
+        pub rasterization: Rasterization = choice(RASTERIZATIONS, "exact"),
+        /// The longest edge of straight rasterization.
+        pub tessellation: Option<f64> = number(None, POSITIVE_FRACTION, "sides of the map"),
+        pub lookup: Comparison = word("auto", Rule::Lookup(&LOOKUPS)),
+        pub bias: Bias = choice(BIASES, "auto"),
+        /// `None` for the default of the kind of bias.
+        pub constant_bias: Option<f64> = number(None, NON_NEGATIVE, "world units"),
+        pub slope_bias: f64 = number(Some(1.0), NON_NEGATIVE, "texels"),
+    }
+}
+
+impl Typed for Comparison {
+    fn typed(value: &Value) -> Self {
+        match value {
+            Value::Filter(filter) => Self::filtered(*filter),
+            other => chosen(&Cow::typed(other), LOOKUPS),
+        }
+    }
+}
 
 impl MapParameters {
-    pub const PARAMETERS: &'static [Parameter] = &[
-        count("resolution", Some(1024), MAX_RESOLUTION, "texels"),
-        word("rasterization", "exact", Rule::Choice(&RASTERIZATIONS)),
-        number("tessellation", None, POSITIVE_FRACTION, "sides of the map"),
-        word("lookup", "auto", Rule::Lookup(&LOOKUPS)),
-        word("bias", "auto", Rule::Choice(&BIASES)),
-        number("constant_bias", None, NON_NEGATIVE, "world units"),
-        number("slope_bias", Some(1.0), NON_NEGATIVE, "texels"),
-    ];
-
-    pub fn from_parameters(parameters: &Parameters) -> Self {
-        let longest_edge = parameters.get("tessellation");
-        let is_linear = parameters.choice("rasterization", RASTERIZATIONS);
-        Self {
-            resolution: parameters.get("resolution"),
-            rasterization: match is_linear {
-                true => Rasterization::Linear { longest_edge },
-                false => Rasterization::Exact,
-            },
-            lookup: match parameters.value("lookup") {
-                Value::Filter(filter) => Comparison::filtered(*filter),
-                _ => parameters.choice("lookup", LOOKUPS),
-            },
-            bias: parameters.choice("bias", BIASES),
-            constant_bias: parameters.get("constant_bias"),
-            slope_bias: parameters.get("slope_bias"),
-        }
-    }
-
-    /// With the defaults of the other parameters.
-    pub fn new(resolution: u32) -> Self {
-        let groups = &[Self::PARAMETERS];
-        let schema = Schema {
-            name: "map",
-            groups,
-        };
-        Self {
-            resolution,
-            ..Self::from_parameters(&schema.defaults())
-        }
-    }
-
     pub fn settings(&self) -> MapSettings {
         MapSettings {
-            rasterization: self.rasterization,
+            rasterization: match self.rasterization {
+                Rasterization::Exact => Rasterization::Exact,
+                Rasterization::Linear { .. } => Rasterization::Linear {
+                    longest_edge: self.tessellation,
+                },
+            },
             lookup: self.lookup,
             bias: BiasRule {
                 kind: self.bias,
@@ -114,58 +90,38 @@ impl MapParameters {
 }
 
 /// Receivers looked at along the longer side of the image, as in Chong and Gortler, section 2.4.
-pub const SAMPLE_RESOLUTION: Parameter =
-    count("sample_resolution", Some(180), MAX_RESOLUTION, "pixels");
+pub const SAMPLE_RESOLUTION: Parameter = count(Some(180), MAX_RESOLUTION, "pixels");
 
 /// By how much of its size a map is widened: between two samples something may stick out.
-pub const MARGIN: Parameter = number("margin", Some(0.02), FRACTION, "sides of the map");
+pub const MARGIN: Parameter = number(Some(0.02), FRACTION, "sides of the map");
 
 /// Whether texels hold still while the receivers move.
-pub const SNAP: Parameter = flag("snap", false);
-
-/// What a layer is cut to: `cut`, one of a few words, and `snap`.
-pub fn cut_from(parameters: &Parameters, cuts: Choices<Cut>) -> Cut {
-    match parameters.choice("cut", cuts) {
-        Cut::Receivers => Cut::to_receivers(parameters.get("snap")),
-        cut => cut,
-    }
-}
-
-/// Parameters of the methods that fit a light matrix.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitParameters {
-    pub extent: Extent,
-    /// Receivers looked at along the longer side of the image.
-    pub sample_resolution: u32,
-    /// By how much of its size the map is widened.
-    pub margin: f64,
-}
+pub const SNAP: Parameter = flag(false);
 
 const EXTENTS: Choices<Extent> = &[
     ("receivers", Extent::Receivers),
     ("frustum", Extent::Frustum),
 ];
 
-impl FitParameters {
-    pub const PARAMETERS: &'static [Parameter] = &[
-        word("fit", "receivers", Rule::Choice(&EXTENTS)),
-        SAMPLE_RESOLUTION,
-        MARGIN,
-    ];
-
-    pub fn from_parameters(parameters: &Parameters) -> Self {
-        Self {
-            extent: parameters.choice("fit", EXTENTS),
-            sample_resolution: parameters.get("sample_resolution"),
-            margin: parameters.get("margin"),
-        }
+parameters! {
+    /// Parameters of the methods that fit a light matrix.
+    pub struct FitParameters {
+        pub fit: Extent = choice(EXTENTS, "receivers"),
+        pub sample_resolution: u32 = SAMPLE_RESOLUTION,
+        pub margin: f64 = MARGIN,
     }
+}
 
-    /// What the matrices of a map with that resolution are fitted into.
-    pub fn size(&self, resolution: u32) -> MapSize {
-        MapSize {
-            resolution,
-            margin: self.margin,
+impl FitParameters {
+    /// What the matrices of a map with that resolution are fitted to, and into.
+    pub fn target(&self, resolution: u32) -> Target {
+        Target {
+            extent: self.fit,
+            sample_resolution: self.sample_resolution,
+            size: MapSize {
+                resolution,
+                margin: self.margin,
+            },
         }
     }
 }
@@ -176,22 +132,26 @@ const MAX_SAMPLES: u32 = 1024;
 /// Each with whether the disc lies across the light's rays, before the warp.
 const SPACES: Choices<bool> = &[("warped", false), ("unwarped", true)];
 
-/// Of percentage closer filtering, a value of `lookup`.
+parameters! {
+    /// Of percentage closer filtering, a value of `lookup`.
+    pub struct FilterParameters {
+        pub radius: f64 = number(Some(2.0), NON_NEGATIVE, "texels or world units"),
+        pub samples: u32 = count(Some(16), MAX_SAMPLES, "points"),
+        pub space: bool = choice(SPACES, "warped"),
+    }
+}
+
 pub const FILTER: Schema = Schema {
     name: "pcf",
-    groups: &[&[
-        number("radius", Some(2.0), NON_NEGATIVE, "texels or world units"),
-        count("samples", Some(16), MAX_SAMPLES, "points"),
-        word("space", "warped", Rule::Choice(&SPACES)),
-    ]],
+    entries: FilterParameters::ENTRIES,
 };
 
-impl Filter {
-    pub fn from_parameters(parameters: &Parameters) -> Self {
+impl From<FilterParameters> for Filter {
+    fn from(parameters: FilterParameters) -> Self {
         Self {
-            radius: parameters.get("radius"),
-            samples: parameters.get("samples"),
-            is_unwarped: parameters.choice("space", SPACES),
+            radius: parameters.radius,
+            samples: parameters.samples,
+            is_unwarped: parameters.space,
         }
     }
 }
@@ -199,10 +159,10 @@ impl Filter {
 /// Of the choice of a method, which Python makes.
 pub const AUTO: Schema = Schema {
     name: "auto",
-    groups: &[&[
-        number("max_error", Some(0.001), FRACTION, "of the covered pixels"),
-        number("max_ms", None, POSITIVE, "milliseconds"),
-    ]],
+    entries: &[
+        Entry::One(number(Some(0.001), FRACTION, "of the covered pixels").named("max_error")),
+        Entry::One(number(None, POSITIVE, "milliseconds").named("max_ms")),
+    ],
 };
 
 /// The light's position; an error where it is at infinity, which the method is not made for.

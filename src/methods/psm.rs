@@ -9,18 +9,15 @@
 //! Limits: a light that shines along the view sees the transformed scene at a grazing angle; the
 //! virtual camera then steps back, and what is left of the perspective may be less than enough.
 
-use super::method::ShadowMethod;
-use super::parameters::{FitParameters, MapParameters};
-use super::schema::{Groups, Parameters};
-use crate::error::Result;
+use super::prelude::*;
 use crate::fits::matrix_layers::fit_light_matrices;
 use crate::fits::psm::perspective;
-use crate::gpu::view::{Recorded, View};
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Perspective {
-    pub map: MapParameters,
-    pub fit: FitParameters,
+parameters! {
+    pub struct Perspective {
+        pub map: MapParameters,
+        pub fitting: FitParameters,
+    }
 }
 
 impl ShadowMethod for Perspective {
@@ -29,20 +26,10 @@ impl ShadowMethod for Perspective {
     const CITATION: &'static str = "Stamminger, M., and Drettakis, G. 2002. Perspective shadow maps. \
          SIGGRAPH.";
 
-    const PARAMETERS: Groups = &[MapParameters::PARAMETERS, FitParameters::PARAMETERS];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            map: MapParameters::from_parameters(parameters),
-            fit: FitParameters::from_parameters(parameters),
-        })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let (camera, size) = (view.camera, self.fit.size(self.map.resolution));
-        let (extent, samples) = (self.fit.extent, self.fit.sample_resolution);
-        let layers = fit_light_matrices(view, extent, samples, size, |subject| {
-            perspective(subject, camera, size)
+        let (camera, target) = (view.camera, self.fitting.target(self.map.resolution));
+        let layers = fit_light_matrices(view, target, |subject| {
+            perspective(subject, camera, target.size)
         })?;
         view.shadows(self.map.settings(), layers)
     }

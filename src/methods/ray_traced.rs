@@ -12,15 +12,7 @@
 //!
 //! Limits: a moving scene pays for the build in every frame.
 
-use super::method::ShadowMethod;
-use super::schema::{Choices, Groups, Parameters, Rule, word};
-use crate::error::{Error, Result};
-use crate::gpu::view::{Recorded, View};
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct RayTraced {
-    pub traversal: Traversal,
-}
+use super::prelude::*;
 
 /// Who searches for the triangles that a ray may meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,18 +29,17 @@ const TRAVERSALS: Choices<Traversal> = &[
     ("hardware", Traversal::Hardware),
 ];
 
+parameters! {
+    pub struct RayTraced {
+        pub traversal: Traversal = choice(TRAVERSALS, "auto"),
+    }
+}
+
 impl ShadowMethod for RayTraced {
     const NAME: &'static str = "ray_traced";
     const TITLE: &'static str = "Ray traced";
     const CITATION: &'static str =
         "Smits, B. 1998. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2).";
-
-    const PARAMETERS: Groups = &[&[word("traversal", "auto", Rule::Choice(&TRAVERSALS))]];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        let traversal = parameters.choice("traversal", TRAVERSALS);
-        Ok(Self { traversal })
-    }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let structure = match self.traversal {

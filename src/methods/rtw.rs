@@ -12,16 +12,10 @@
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
-use super::fit::{Fit, fit_from};
-use super::importance::{Analysis, DIRECTIONS, Direction};
-use super::method::ShadowMethod;
-use super::parameters::MapParameters;
-use super::schema::{Groups, NON_NEGATIVE, Parameters, Rule, number, word};
+use super::importance::{Analysis, AnalysisParameters, DIRECTIONS, Direction, Functions};
+use super::prelude::*;
 use super::warps::rectilinear;
-use crate::error::{Result, ensure_value};
-use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::Importance;
-use crate::gpu::view::{Recorded, View};
 
 const FUNCTIONS: &[&str] = &[
     "desired_view",
@@ -31,18 +25,15 @@ const FUNCTIONS: &[&str] = &[
     "boundary",
 ];
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct RectilinearWarp {
-    pub map: MapParameters,
-    pub fit: Fit,
-    /// Whether texels hold still while the receivers move, before they are warped.
-    pub snaps: bool,
-    pub analysis: Analysis,
-    pub direction: Direction,
-    /// Cells along each side of the importance map.
-    pub importance_resolution: u32,
-    /// Standard deviation of the blur, in cells.
-    pub blur: f64,
+parameters! {
+    pub struct RectilinearWarp {
+        pub map: MapParameters,
+        pub importance: Functions = word("distance", Rule::Product(FUNCTIONS)),
+        pub given: AnalysisParameters,
+        pub analysis: Direction = choice(DIRECTIONS, "backward"),
+        /// Standard deviation of the blur.
+        pub blur: f64 = number(Some(3.0), NON_NEGATIVE, "cells"),
+    }
 }
 
 impl ShadowMethod for RectilinearWarp {
@@ -51,69 +42,45 @@ impl ShadowMethod for RectilinearWarp {
     const CITATION: &'static str = "Rosen, P. 2012. Rectilinear texture warping for fast adaptive \
          shadow mapping. I3D.";
 
-    const PARAMETERS: Groups = &[
-        MapParameters::PARAMETERS,
-        &[word("importance", "distance", Rule::Product(FUNCTIONS))],
-        Analysis::PARAMETERS,
-        &[
-            word("analysis", "backward", Rule::Choice(&DIRECTIONS)),
-            number("blur", Some(3.0), NON_NEGATIVE, "cells"),
-        ],
-    ];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        let (fit, snaps) = fit_from(parameters)?;
-        let method = Self {
-            map: MapParameters::from_parameters(parameters),
-            fit,
-            snaps,
-            analysis: Analysis::from_parameters(parameters),
-            direction: parameters.choice("analysis", DIRECTIONS),
-            importance_resolution: parameters.get("importance_resolution"),
-            blur: parameters.get("blur"),
-        };
-        let Analysis {
+    fn check(&self) -> Result<()> {
+        self.given.check()?;
+        let Functions {
             shadow_edge,
             boundary,
-            pixel_weights,
             ..
-        } = &method.analysis;
-        match method.direction {
-            Direction::Backward => {
-                ensure_value!(
-                    !shadow_edge,
-                    "analysis must be 'forward' or 'hybrid' for the importance 'shadow_edge', got \
-                     'backward'"
-                );
-            }
-            Direction::Forward => {
-                ensure_value!(
-                    !boundary && pixel_weights.is_none(),
-                    "analysis must be 'backward' or 'hybrid' for 'boundary' and pixel_weights, got \
-                     'forward'"
-                );
-            }
-            Direction::Hybrid => {}
-        }
-        Ok(method)
+        } = self.importance;
+        let sees_receivers_only = self.analysis == Direction::Backward;
+        ensure_value!(
+            !(sees_receivers_only && shadow_edge),
+            "analysis must be 'forward' or 'hybrid' for the importance 'shadow_edge', got 'backward'"
+        );
+        let sees_casters_only = self.analysis == Direction::Forward;
+        ensure_value!(
+            !(sees_casters_only && (boundary || self.given.pixel_weights.is_some())),
+            "analysis must be 'backward' or 'hybrid' for 'boundary' and pixel_weights, got 'forward'"
+        );
+        Ok(())
     }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let (map, cells) = (self.map.settings(), self.importance_resolution);
-        let layers = self.fit.fit(view, self.snaps, self.map.resolution)?;
-        let prepared = self.analysis.prepare(view, map, &layers)?;
+        let (map, cells) = (self.map.settings(), self.given.importance_resolution);
+        let layers = self
+            .given
+            .fit
+            .fit(view, self.given.snap, self.map.resolution)?;
+        let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let mut warped = Vec::new();
         for layer in layers {
             let importance = |view: &mut View, layer: &Layer| {
-                let analysed = self.analysis.look(view, layer, self.direction)?;
-                let factors = self.analysis.factors(&prepared, analysed.as_ref());
-                let importance = match (self.direction, &analysed) {
+                let analysed = analysis.look(view, layer, self.analysis)?;
+                let factors = analysis.factors(analysed.as_ref());
+                let importance = match (self.analysis, &analysed) {
                     (Direction::Forward, Some(analysed)) => {
                         view.forward_importance(analysed, cells, factors)?
                     }
                     _ => view.importance_map(layer, cells, Importance::Maximum, factors, None)?,
                 };
-                self.analysis.blend(view, layer, &importance, None)?;
+                analysis.blend(view, layer, &importance, None)?;
                 Ok(importance)
             };
             warped.push(rectilinear(view, layer, cells, self.blur, importance)?);

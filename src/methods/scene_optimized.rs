@@ -14,16 +14,11 @@
 //! that are rendered together share these waits); a shadow that no sample meets may be off the map, and
 //! counts as lit.
 
-use super::method::{ShadowMethod, default_method};
-use super::parameters::{MARGIN, MapParameters, SAMPLE_RESOLUTION};
-use super::schema::{Choices, Groups, Parameters, Rule, Value, parameter, word};
-use crate::error::Result;
+use super::prelude::*;
 use crate::fits::hull::MapSize;
-use crate::fits::layer::Layer;
 use crate::fits::scene_optimized::{
     Optimizer, SampleChoice, Search, chosen_samples, fit_scene_optimized, focused_layers,
 };
-use crate::gpu::view::{Recorded, View};
 use glam::DMat4;
 use std::time::Instant;
 
@@ -39,17 +34,16 @@ const CHOICES: Choices<SampleChoice> = &[
 const OPTIMIZERS: Choices<Optimizer> =
     &[("paper", Optimizer::Paper), ("simplex", Optimizer::Simplex)];
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct SceneOptimized {
-    pub map: MapParameters,
-    samples: SampleChoice,
-    optimizer: Optimizer,
-    /// Receivers looked at along the longer side of the image.
-    pub sample_resolution: u32,
-    /// By how much of its size the map is widened.
-    pub margin: f64,
-    /// Texels of the frame before from the world, reused where a new matrix is not much better.
-    pub previous: Option<DMat4>,
+parameters! {
+    pub struct SceneOptimized {
+        pub map: MapParameters,
+        pub samples: SampleChoice = choice(CHOICES, "shadow"),
+        pub optimizer: Optimizer = choice(OPTIMIZERS, "paper"),
+        pub sample_resolution: u32 = SAMPLE_RESOLUTION,
+        pub margin: f64 = MARGIN,
+        /// Texels of the frame before from the world, reused where a new matrix is not much better.
+        pub previous: Option<DMat4> = optional(Rule::Matrix),
+    }
 }
 
 impl ShadowMethod for SceneOptimized {
@@ -58,28 +52,6 @@ impl ShadowMethod for SceneOptimized {
     const CITATION: &'static str = "Chong, H. Y., and Gortler, S. J. 2007. Scene optimized shadow \
          mapping. Harvard University, TR-07-07.";
 
-    const PARAMETERS: Groups = &[
-        MapParameters::PARAMETERS,
-        &[
-            word("samples", "shadow", Rule::Choice(&CHOICES)),
-            word("optimizer", "paper", Rule::Choice(&OPTIMIZERS)),
-            SAMPLE_RESOLUTION,
-            MARGIN,
-            parameter("previous", Rule::Matrix, Value::None, ""),
-        ],
-    ];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            map: MapParameters::from_parameters(parameters),
-            samples: parameters.choice("samples", CHOICES),
-            optimizer: parameters.choice("optimizer", OPTIMIZERS),
-            sample_resolution: parameters.get("sample_resolution"),
-            margin: parameters.get("margin"),
-            previous: parameters.get("previous"),
-        })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = self.fit(view)?;
         view.shadows(self.map.settings(), layers)
@@ -87,15 +59,6 @@ impl ShadowMethod for SceneOptimized {
 }
 
 impl SceneOptimized {
-    /// With the defaults of the other parameters.
-    pub fn new(resolution: u32) -> Self {
-        let map = MapParameters::new(resolution);
-        Self {
-            map,
-            ..default_method()
-        }
-    }
-
     /// The layers; none where nothing faces the light.
     pub fn fit(&self, view: &mut View) -> Result<Vec<Layer>> {
         let image = view.sampled_image(self.sample_resolution)?;

@@ -80,49 +80,38 @@ pub const POSITIVE_FRACTION: Rule = Rule::Number {
 /// Beyond this a map's texels would not count in 32 bits.
 pub const MAX_RESOLUTION: u32 = 32768;
 
-pub const fn flag(name: &'static str, default: bool) -> Parameter {
-    let default = Value::Bool(default);
-    parameter(name, Rule::Flag, default, "")
+pub const fn flag(default: bool) -> Parameter {
+    parameter(Rule::Flag, Value::Bool(default), "")
 }
 
-pub const fn count(
-    name: &'static str,
-    default: Option<u32>,
-    max: u32,
-    unit: &'static str,
-) -> Parameter {
+pub const fn count(default: Option<u32>, max: u32, unit: &'static str) -> Parameter {
     let default = match default {
         Some(value) => Value::Int(value as i64),
         None => Value::None,
     };
-    parameter(name, Rule::Count { max }, default, unit)
+    parameter(Rule::Count { max }, default, unit)
 }
 
-pub const fn number(
-    name: &'static str,
-    default: Option<f64>,
-    rule: Rule,
-    unit: &'static str,
-) -> Parameter {
+pub const fn number(default: Option<f64>, rule: Rule, unit: &'static str) -> Parameter {
     let default = match default {
         Some(value) => Value::Float(value),
         None => Value::None,
     };
-    parameter(name, rule, default, unit)
+    parameter(rule, default, unit)
 }
 
-pub const fn word(name: &'static str, default: &'static str, rule: Rule) -> Parameter {
-    parameter(name, rule, Value::Text(Cow::Borrowed(default)), "")
+pub const fn word(default: &'static str, rule: Rule) -> Parameter {
+    parameter(rule, Value::Text(Cow::Borrowed(default)), "")
 }
 
-pub const fn parameter(
-    name: &'static str,
-    rule: Rule,
-    default: Value,
-    unit: &'static str,
-) -> Parameter {
+/// One that may be left out.
+pub const fn optional(rule: Rule) -> Parameter {
+    parameter(rule, Value::None, "")
+}
+
+const fn parameter(rule: Rule, default: Value, unit: &'static str) -> Parameter {
     Parameter {
-        name,
+        name: "",
         rule,
         default,
         unit,
@@ -177,6 +166,11 @@ impl Fault {
 }
 
 impl Parameter {
+    pub const fn named(mut self, name: &'static str) -> Self {
+        self.name = name;
+        self
+    }
+
     pub fn is_optional(&self) -> bool {
         self.default == Value::None
     }
@@ -281,19 +275,92 @@ impl Array {
     }
 }
 
-/// Parameters in groups that methods share.
-pub type Groups = &'static [&'static [Parameter]];
+/// A parameter, or those of a group that methods share.
+pub enum Entry {
+    One(Parameter),
+    Group(Entries),
+}
+
+pub type Entries = &'static [Entry];
 
 /// The parameters of a method.
 #[derive(Clone, Copy)]
 pub struct Schema {
     pub name: &'static str,
-    pub groups: Groups,
+    pub entries: Entries,
 }
+
+/// A struct whose fields are parameters; [`parameters`] declares one.
+pub trait ParameterGroup: Sized {
+    const ENTRIES: Entries;
+
+    /// The values obey their rules.
+    fn from_parameters(parameters: &Parameters) -> Self;
+
+    /// With the default of every parameter.
+    fn defaults() -> Self {
+        let (name, entries) = ("", Self::ENTRIES);
+        Self::from_parameters(&Schema { name, entries }.defaults())
+    }
+}
+
+/// Declares a struct of parameters. A field is the parameter of its name: its default, rule and unit follow the `=`.
+/// `choice(WORDS, "default")` is what one of the words stands for. A field without `=` is a group of parameters.
+macro_rules! parameters {
+    (
+        $(#[$of_struct:meta])*
+        pub struct $name:ident {
+            $($(#[$of_field:meta])* pub $field:ident: $type:ty $(= $kind:ident $(($($argument:tt)*))?)?,)*
+        }
+    ) => {
+        $(#[$of_struct])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name {
+            $($(#[$of_field])* pub $field: $type,)*
+        }
+
+        impl $crate::methods::schema::ParameterGroup for $name {
+            const ENTRIES: $crate::methods::schema::Entries =
+                &[$(parameters!(@entry $field $type $(= $kind $(($($argument)*))?)?),)*];
+
+            fn from_parameters(_values: &$crate::methods::schema::Parameters) -> Self {
+                Self {
+                    $($field: parameters!(@value _values $field $type $(= $kind $(($($argument)*))?)?),)*
+                }
+            }
+        }
+    };
+    (@entry $field:ident $type:ty) => {
+        $crate::methods::schema::Entry::Group(<$type>::ENTRIES)
+    };
+    (@entry $field:ident $type:ty = choice($words:ident, $default:literal)) => {
+        parameters!(@entry $field $type = word($default, Rule::Choice(&$words)))
+    };
+    (@entry $field:ident $type:ty = $declared:expr) => {
+        $crate::methods::schema::Entry::One($declared.named(stringify!($field)))
+    };
+    (@value $values:ident $field:ident $type:ty) => {
+        <$type>::from_parameters($values)
+    };
+    (@value $values:ident $field:ident $type:ty = choice($words:ident, $default:literal)) => {
+        $values.choice(stringify!($field), $words)
+    };
+    (@value $values:ident $field:ident $type:ty = $declared:expr) => {
+        $values.get(stringify!($field))
+    };
+}
+pub(crate) use parameters;
 
 impl Schema {
     pub fn parameters(self) -> impl Iterator<Item = &'static Parameter> {
-        self.groups.iter().copied().flatten()
+        fn all(entries: Entries) -> Vec<&'static Parameter> {
+            let all = entries.iter().flat_map(|entry| match entry {
+                Entry::One(parameter) => vec![parameter],
+                Entry::Group(entries) => all(entries),
+            });
+            all.collect()
+        }
+        all(self.entries).into_iter()
     }
 
     pub fn parameter(self, name: &str) -> Result<&'static Parameter> {
@@ -336,10 +403,14 @@ impl Parameters {
 
     /// What the parameter's word stands for.
     pub fn choice<T: Copy>(&self, name: &str, choices: Choices<T>) -> T {
-        let word = self.get::<Cow<str>>(name);
-        let chosen = choices.iter().find(|(known, _)| *known == word);
-        chosen.expect("the rule has passed").1
+        chosen(&self.get::<Cow<str>>(name), choices)
     }
+}
+
+/// What a word stands for, which is one of them.
+pub fn chosen<T: Copy>(word: &str, choices: Choices<T>) -> T {
+    let chosen = choices.iter().find(|(known, _)| *known == word);
+    chosen.expect("the rule has passed").1
 }
 
 /// What a value becomes once its rule has passed.
@@ -348,11 +419,11 @@ pub trait Typed: Sized {
 }
 
 macro_rules! typed {
-    ($($type:ty: $pattern:pat => $value:expr,)+) => {
+    ($($type:ty: $($pattern:pat => $value:expr),+;)+) => {
         $(impl Typed for $type {
             fn typed(value: &Value) -> Self {
                 match value {
-                    $pattern => $value,
+                    $($pattern => $value,)+
                     other => unreachable!("{other:?} has passed the rule of another kind"),
                 }
             }
@@ -361,13 +432,13 @@ macro_rules! typed {
 }
 
 typed! {
-    bool: Value::Bool(value) => *value,
-    u32: Value::Int(value) => *value as u32,
-    f64: Value::Float(value) => *value,
-    Cow<'static, str>: Value::Text(value) => value.clone(),
-    Array: Value::Array(value) => value.clone(),
-    DMat4: Value::Matrix(value) => *value,
-    Arc<[OldMap]>: Value::Maps(value) => value.clone(),
+    bool: Value::Bool(value) => *value;
+    u32: Value::Int(value) => *value as u32;
+    f64: Value::Float(value) => *value;
+    Cow<'static, str>: Value::Text(value) => value.clone();
+    Array: Value::Array(value) => value.clone();
+    DMat4: Value::Matrix(value) => *value;
+    Arc<[OldMap]>: Value::Maps(value) => value.clone(), Value::None => Arc::default();
 }
 
 impl<T: Typed> Typed for Option<T> {

@@ -16,25 +16,18 @@
 //! (drawn three times as fine, a fifth to a seventh of them are left); time grows with the area of all
 //! volumes in the image.
 
-use super::method::ShadowMethod;
-use super::schema::{Groups, Parameters};
-use crate::error::Result;
-use crate::gpu::view::{Recorded, View};
+use super::prelude::*;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShadowVolumes;
+parameters! {
+    pub struct ShadowVolumes {
+    }
+}
 
 impl ShadowMethod for ShadowVolumes {
     const NAME: &'static str = "shadow_volumes";
     const TITLE: &'static str = "Shadow volumes";
     const CITATION: &'static str =
         "Crow, F. 1977. Shadow algorithms for computer graphics. SIGGRAPH 1977.";
-
-    const PARAMETERS: Groups = &[];
-
-    fn from_parameters(_: &Parameters) -> Result<Self> {
-        Ok(Self)
-    }
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let visibility = view.shadow_volumes()?;

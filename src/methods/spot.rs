@@ -8,23 +8,19 @@
 //!
 //! Limits: texels are spread evenly over the plane, not over what the camera sees.
 
-use super::method::ShadowMethod;
-use super::parameters::{MapParameters, SNAP, cut_from};
-use super::schema::{Choices, Groups, Parameters, Rule, word};
-use crate::error::{Error, Result};
-use crate::fits::boxes::Cut;
-use crate::fits::layer::Layer;
-use crate::fits::spot::fit_spot;
-use crate::gpu::view::{Recorded, View};
+use super::prelude::*;
+use crate::fits::central::cone_layer;
 use crate::light::Light;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spot {
-    pub map: MapParameters,
-    pub cut: Cut,
-}
-
 const CUTS: Choices<Cut> = &[("receivers", Cut::Receivers), ("cone", Cut::Whole)];
+
+parameters! {
+    pub struct Spot {
+        pub map: MapParameters,
+        pub cut: Cut = choice(CUTS, "receivers"),
+        pub snap: bool = SNAP,
+    }
+}
 
 impl ShadowMethod for Spot {
     const NAME: &'static str = "spot";
@@ -32,20 +28,9 @@ impl ShadowMethod for Spot {
     const CITATION: &'static str = "Williams, L. 1978. Casting curved shadows on curved surfaces. \
          SIGGRAPH.";
 
-    const PARAMETERS: Groups = &[
-        MapParameters::PARAMETERS,
-        &[word("cut", "receivers", Rule::Choice(&CUTS)), SNAP],
-    ];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        Ok(Self {
-            map: MapParameters::from_parameters(parameters),
-            cut: cut_from(parameters, CUTS),
-        })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = fit(view, self.cut, self.map.resolution)?;
+        let cut = self.cut.snapped_where(self.snap);
+        let layers = fit(view, cut, self.map.resolution)?;
         view.shadows(self.map.settings(), layers)
     }
 }
@@ -59,5 +44,6 @@ pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
             view.light.kind()
         )));
     };
-    fit_spot(view, *position, cone, cut, resolution)
+    let layer = cone_layer(*position, cone, view.scene.bounds());
+    cut_layers(view, vec![layer], cut, resolution)
 }

@@ -9,18 +9,14 @@
 //!
 //! Limits: a large scene leaves few texels to what is in view.
 
-use super::method::ShadowMethod;
-use super::parameters::MapParameters;
-use super::schema::{Groups, Parameters};
-use crate::error::Result;
-use crate::fits::receivers::ReceiverQueries;
+use super::prelude::*;
 use crate::fits::uniform::fit_scene;
 use crate::gpu::passes::receivers;
-use crate::gpu::view::{Recorded, View};
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Uniform {
-    pub map: MapParameters,
+parameters! {
+    pub struct Uniform {
+        pub map: MapParameters,
+    }
 }
 
 impl ShadowMethod for Uniform {
@@ -29,17 +25,9 @@ impl ShadowMethod for Uniform {
     const CITATION: &'static str =
         "Williams, L. 1978. Casting curved shadows on curved surfaces. SIGGRAPH.";
 
-    const PARAMETERS: Groups = &[MapParameters::PARAMETERS];
-
-    fn from_parameters(parameters: &Parameters) -> Result<Self> {
-        let map = MapParameters::from_parameters(parameters);
-        Ok(Self { map })
-    }
-
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let layers = fit_scene(view.setting(), self.map.resolution);
         view.skip(receivers::LABEL);
-
         view.shadows(self.map.settings(), layers)
     }
 }

@@ -4,8 +4,10 @@ use super::image;
 use crate::error::Error;
 use crate::gpu::passes::lookup::Filter;
 use crate::methods::Method;
-use crate::methods::parameters::{AUTO, FILTER};
-use crate::methods::schema::{Array, Fault, OldMap, Parameter, Parameters, Rule, Schema, Value};
+use crate::methods::parameters::{AUTO, FILTER, FilterParameters};
+use crate::methods::schema::{
+    Array, Fault, OldMap, Parameter, ParameterGroup, Parameters, Rule, Schema, Value,
+};
 use glam::DMat4;
 use numpy::{PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyOverflowError;
@@ -212,7 +214,7 @@ fn filter(value: &Bound<PyAny>) -> PyResult<Option<Filter>> {
         };
         parameters.set(parameter, checked(parameter, &part)?);
     }
-    Ok(Some(Filter::from_parameters(&parameters)))
+    Ok(Some(FilterParameters::from_parameters(&parameters).into()))
 }
 
 /// The layers of a frame: importance maps (layers, h, w), and matrices (layers, 4, 4) from the world.
