@@ -198,14 +198,10 @@ fn append_if_touched(grid: LightGrid, caster: Caster, id: u32, tile: vec2<i32>) 
 }
 
 @compute @workgroup_size(GROUP)
-fn bin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn bin(invocation: Invocation) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
+    let start = index_of_invocation(invocation, GROUP * items_per_invocation);
     var outside = 0u;
     var behind = 0u;
     for (var i = 0u; i < items_per_invocation; i += 1u) {
@@ -244,14 +240,10 @@ fn bin(
 }
 
 @compute @workgroup_size(GROUP)
-fn split(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn split(invocation: Invocation) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let index = index_of_invocation(group, groups, GROUP, local);
+    let index = index_of_invocation(invocation, GROUP);
     if index >= coarse_item_count() {
         return;
     }
@@ -328,15 +320,19 @@ fn grid_ray(grid: LightGrid, caster: Caster, q: vec3<f32>) -> GridRay {
     return GridRay(LightRay(vec2<f32>(0.0), 3.0e38, 0.0), room);
 }
 
+// Whether the triangle is met on the light ray of the receiver in a pixel.
+fn shadows_pixel(grid: LightGrid, id: u32, pixel: u32) -> bool {
+    let width = receivers_uniform.width;
+    let receiver = load_receiver(receivers_uniform, pixel % width, pixel / width);
+    let ray = ray_of_receiver(receiver, is_local);
+    return meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
+}
+
 @compute @workgroup_size(GROUP)
-fn walk(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn walk(invocation: Invocation) {
     let grid = light_grid_uniform;
     let warp = load_warp();
-    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
+    let start = index_of_invocation(invocation, GROUP * items_per_invocation);
     let end = min(start + GROUP * items_per_invocation, item_count());
     var index = start;
     var caster: Caster;
@@ -413,10 +409,7 @@ fn walk(
         while unsure != 0u {
             let pixel = second_of(details[next + firstTrailingBit(unsure)]);
             unsure &= unsure - 1u;
-            let width = receivers_uniform.width;
-            let receiver = load_receiver(receivers_uniform, pixel % width, pixel / width);
-            let ray = ray_of_receiver(receiver, is_local);
-            if meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low) {
+            if shadows_pixel(grid, id, pixel) {
                 visibility[pixel] = 0.0;
             }
         }

@@ -15,7 +15,7 @@
 
 struct Importance {
     cells: u32,                         // along each side
-    along_y: u32,                       // `count` in columns
+    along_y: u32,                       // counts in columns
     map_weights: vec2<u32>,             // columns, rows
     normal_bonus: f32,                  // Rosen's beta
     shadow_edges: u32,                  // columns and rows
@@ -29,6 +29,8 @@ struct Importance {
 @group(0) @binding(3) var<storage, read> pixel_weights: array<f32>;
 @group(0) @binding(7) var<storage, read> boundary_weights: array<f32>;
 
+// Whether it is a count, or else a maximum.
+override counts: bool = false;
 override uses_boundary: bool = false;
 override uses_pixel_weights: bool = false;
 
@@ -55,7 +57,7 @@ fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, w
 }
 
 @compute @workgroup_size(IMAGE_TILE.x)
-fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let projection = projection_uniform;
     let importance = importance_uniform;
@@ -76,38 +78,15 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                     place = vec2<f32>(warped_from_linear(warp, uv).uv.x, uv.y);
                 }
                 let line = cell_at(place.x, importance.cells);
-                let cell = cell_at(place.y, importance.cells);
+                let cell = line * importance.cells + cell_at(place.y, importance.cells);
                 let pixel = vec2<u32>(first.x, row);
                 let weight = importance_of(importance, receiver, pixel, receivers.width, uv);
-                let counted = u32(round(weight * importance.unit));
-                atomicAdd(&importance_map[line * importance.cells + cell], counted);
-            }
-        }
-    }
-}
-
-@compute @workgroup_size(IMAGE_TILE.x)
-fn maximum(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let receivers = receivers_uniform;
-    let projection = projection_uniform;
-    let importance = importance_uniform;
-    let first = first_pixel(group, local);
-    for (var i = 0u; i < rows_per_invocation; i += 1u) {
-        let row = first.y + i;
-        if first.x < receivers.width && row < receivers.height {
-            let receiver = load_receiver(receivers, first.x, row);
-            if receiver.faces_light {
-                let texel = centred_texel_from_projected(projection, receiver.q) + projection.centre;
-                let uv = texel / vec2<f32>(projection.size);
-                if any(abs(uv - 0.5) > vec2<f32>(OFF_THE_MAP)) {
-                    continue;
+                if counts {
+                    atomicAdd(&importance_map[cell], u32(round(weight * importance.unit)));
+                } else {
+                    // Positive floats are ordered as their bits are.
+                    atomicMax(&importance_map[cell], bitcast<u32>(weight));
                 }
-                let pixel = vec2<u32>(first.x, row);
-                let value = importance_of(importance, receiver, pixel, receivers.width, uv);
-                let cell = cell_at(uv.y, importance.cells) * importance.cells
-                    + cell_at(uv.x, importance.cells);
-                // Positive floats are ordered as their bits are.
-                atomicMax(&importance_map[cell], bitcast<u32>(value));
             }
         }
     }

@@ -116,20 +116,8 @@ fn append_coarse_items(job: Job, warp: Warp, id: u32, extent: Extent, bound: Bou
     }
 }
 
-@compute @workgroup_size(GROUP)
-fn split(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let job = job_uniform;
+fn split_item(job: Job, warp: Warp, item: Item) {
     let projection = job.projection;
-    let warp = load_warp();
-    let index = index_of_invocation(group, groups, GROUP, local);
-    if index >= coarse_item_count() {
-        return;
-    }
-    let item = coarse_items[index];
     let corners = corners_of_caster(projection, item.triangle);
     let caster = caster_from_corners(projection, item.triangle, corners);
     let unwarped = unwarped_from_projected(projection, warp, caster.triangle, corners);

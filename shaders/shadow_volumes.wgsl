@@ -69,7 +69,6 @@ struct DrawArguments {
 // 6: two triangles, 3: one, where the light is at infinity.
 override vertices_per_side: u32 = 6u;
 
-const GROUP: u32 = 64u;
 const NOTHING: u64 = 0xfffffffflu;     // triangle of a pixel without a point, inverted
 // The rasterizer rounds corners to a fraction of a pixel, so that a triangle may cover a pixel beyond its
 // edge. One that is nearer than the point by this share of the depth is such a triangle.
@@ -99,14 +98,10 @@ fn find_points(@builtin(global_invocation_id) invocation: vec3<u32>) {
 
 // One side for a whole triangle, or its volume would not be closed.
 @compute @workgroup_size(GROUP)
-fn find_sides(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn find_sides(invocation: Invocation) {
     let volumes = shadow_volumes_uniform;
     let receivers = receivers_uniform;
-    let id = index_of_invocation(group, groups, GROUP, local);
+    let id = index_of_invocation(invocation, GROUP);
     if id >= volumes.triangle_count {
         return;
     }
@@ -122,12 +117,8 @@ fn find_sides(
 }
 
 @compute @workgroup_size(GROUP)
-fn find_silhouettes(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let id = index_of_invocation(group, groups, GROUP, local);
+fn find_silhouettes(invocation: Invocation) {
+    let id = index_of_invocation(invocation, GROUP);
     if id >= shadow_volumes_uniform.edge_count {
         return;
     }

@@ -39,8 +39,6 @@ struct Tessellation {
 // Arguments of the next indirect dispatch.
 @group(0) @binding(8) var<storage, read_write> next_groups: array<u32, 3>;
 
-const GROUP: u32 = 64u;
-
 // ---- corners ----
 
 struct Corner {
@@ -186,15 +184,11 @@ fn crossing(projection: Projection, a: vec3<f32>, b: vec3<f32>, i: u32) -> vec3<
 }
 
 @compute @workgroup_size(GROUP)
-fn begin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn begin(invocation: Invocation) {
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let id = index_of_invocation(group, groups, GROUP, local);
+    let id = index_of_invocation(invocation, GROUP);
     if id >= job.triangle_count {
         return;
     }
@@ -235,12 +229,6 @@ fn begin(
     }
 }
 
-fn groups_for(count: u32) -> array<u32, 3> {
-    let groups = (count + GROUP - 1u) / GROUP;
-    let width = max(min(groups, 32768u), 1u);
-    return array<u32, 3>(width, (groups + width - 1u) / width, 1u);
-}
-
 @compute @workgroup_size(1)
 fn prepare_refine() {
     let next = atomicExchange(&counters.next_unfinished, 0u);
@@ -250,14 +238,10 @@ fn prepare_refine() {
 }
 
 @compute @workgroup_size(GROUP)
-fn refine(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn refine(invocation: Invocation) {
     let job = job_uniform;
     let warp = load_warp();
-    let index = index_of_invocation(group, groups, GROUP, local);
+    let index = index_of_invocation(invocation, GROUP);
     if index >= counters.current_unfinished {
         return;
     }

@@ -43,10 +43,9 @@ const POWER_UNIT: f32 = 256.0;
 
 // ---- non-orthogonal ----
 
-@compute @workgroup_size(64)
-fn widen(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
-         @builtin(local_invocation_index) local: u32) {
-    let index = index_of_invocation(group, groups, 64u, local);
+@compute @workgroup_size(GROUP)
+fn widen(invocation: Invocation) {
+    let index = index_of_invocation(invocation, GROUP);
     if index < arrayLength(&smoothed) {
         smoothed[index] = u64(counts[index]);
     }

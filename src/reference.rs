@@ -484,27 +484,11 @@ impl Ray {
         let (mut near, mut far, mut margin) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let along = corners[k] - corners[j];
-            let length_squared = along.length_squared();
-            let closest = if length_squared > 0.0 {
-                (-corners[j].dot(along) / length_squared).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            let edge_margin = margins[j] + closest * (margins[k] - margins[j]);
-            let gap_squared = (corners[j] + closest * along).length_squared();
-            let slack = edge_margin * edge_margin - gap_squared;
-            if slack < 0.0 {
+            let edge = [corners[j], corners[k]];
+            let Some((ends, edge_margin)) = part_at_ray(edge, [margins[j], margins[k]]) else {
                 continue;
-            }
-            // The part of the edge within the margin.
-            let half = if length_squared > 0.0 {
-                (slack / length_squared).sqrt()
-            } else {
-                1.0
             };
-            for end in [closest - half, closest + half] {
-                let end = end.clamp(0.0, 1.0);
+            for end in ends {
                 let distance = distances[j] + end * (distances[k] - distances[j]);
                 near = near.min(distance - edge_margin);
                 far = far.max(distance + edge_margin);
@@ -538,7 +522,7 @@ impl Ray {
         if far < self.range.0 || near > self.range.1 {
             return None;
         }
-        let contact = Contact {
+        let mut contact = Contact {
             corners,
             hit,
             inside,
@@ -547,11 +531,34 @@ impl Ray {
             far,
             margin,
         };
-        Some(Contact {
-            definite: inside && contact.lies_within(self.range),
-            ..contact
-        })
+        contact.definite = inside && contact.lies_within(self.range);
+        Some(contact)
     }
+}
+
+/// The part of an edge within the margin of a ray at the origin, both ends as shares of the edge, and the margin
+/// there; none if the ray passes farther off. The ends of the edge have margins of their own.
+fn part_at_ray([from, to]: [DVec2; 2], margins: [f64; 2]) -> Option<([f64; 2], f64)> {
+    let along = to - from;
+    let length_squared = along.length_squared();
+    let is_point = length_squared <= 0.0;
+    let closest = match is_point {
+        true => 0.0,
+        false => (-from.dot(along) / length_squared).clamp(0.0, 1.0),
+    };
+    let margin = margins[0] + closest * (margins[1] - margins[0]);
+    let slack = margin * margin - (from + closest * along).length_squared();
+    if slack < 0.0 {
+        return None;
+    }
+    let half = match is_point {
+        true => 1.0,
+        false => (slack / length_squared).sqrt(),
+    };
+    Some((
+        [closest - half, closest + half].map(|end| end.clamp(0.0, 1.0)),
+        margin,
+    ))
 }
 
 impl Contact {

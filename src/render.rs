@@ -8,7 +8,7 @@ use crate::gpu::frame::{Frame, Read, ReadResults, Source, Timings};
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::rasterize::Target;
 use crate::gpu::passes::warp_map::Layout;
-use crate::gpu::passes::{Inputs, shadow_map, visibility};
+use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::view::{RasterizedLayer, Recorded, Stats, View, WarpedLayer};
@@ -16,6 +16,7 @@ use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
 use crate::methods::Method;
 use crate::reference::surface;
+use crate::region::Region;
 use crate::scene::Scene;
 use crate::warp::Warp;
 use glam::DVec2;
@@ -266,10 +267,7 @@ fn try_render(
 ) -> Result<Option<Vec<Rendered>>> {
     let gpu = device_scene.gpu.clone();
     let mut frames = Frame::together(&gpu, lights.len(), outputs.culls());
-    let inputs = Inputs {
-        scene: &device_scene.tables,
-        camera,
-    };
+    let tables = &device_scene.tables;
     let known = device_scene
         .visibility
         .take()
@@ -278,20 +276,28 @@ fn try_render(
         Some((_, buffer)) => (buffer, None),
         None => {
             let first = &mut frames[0];
-            let rasterized = visibility::visibility(first, inputs)?;
+            let rasterized = visibility::visibility(first, tables, camera)?;
             if lights.len() > 1 {
                 first.send();
             }
             (rasterized.texels, Some(rasterized.work))
         }
     };
+    let everywhere = Region::EVERYWHERE;
     let views: Vec<_> = frames
         .into_iter()
         .zip(lights)
         .map(|(frame, light)| {
             let draws_whole_maps = outputs.has(Output::ShadowMap);
-            let buffer = &visibility_buffer;
-            let mut view = View::new(frame, inputs, scene, light, buffer, draws_whole_maps);
+            let seen = Receivers {
+                scene: tables,
+                camera,
+                visibility_buffer: &visibility_buffer,
+                light,
+                region: &everywhere,
+                tiles: None,
+            };
+            let mut view = View::new(frame, seen, scene, draws_whole_maps);
             match work.take() {
                 Some(work) => view.keep_work(work),
                 None => view.skip(visibility::LABEL),

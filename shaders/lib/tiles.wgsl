@@ -112,17 +112,13 @@ fn bound_from_extent(projection: Projection, warp: Warp, extent: Extent) -> Boun
     return bound_of_extent(projection, extent);
 }
 
-// The items of a large triangle are for `append_coarse_items` and `split` of the shader that imports this.
+// The items of a large triangle are for `append_coarse_items` and `split_item` of the shader that imports this.
 @compute @workgroup_size(GROUP)
-fn bin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn bin(invocation: Invocation) {
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
+    let start = index_of_invocation(invocation, GROUP * items_per_invocation);
     let count = caster_count(job.triangle_count, atomicLoad(&counters.pieces));
     var outside = 0u;
     var behind = 0u;
@@ -156,15 +152,19 @@ fn bin(
 }
 
 @compute @workgroup_size(GROUP)
-fn walk(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn split(invocation: Invocation) {
+    let index = index_of_invocation(invocation, GROUP);
+    if index < coarse_item_count() {
+        split_item(job_uniform, load_warp(), coarse_items[index]);
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn walk(invocation: Invocation) {
     let job = job_uniform;
     let projection = job.projection;
     let warp = load_warp();
-    let start = index_of_invocation(group, groups, GROUP * items_per_invocation, local);
+    let start = index_of_invocation(invocation, GROUP * items_per_invocation);
     let end = min(start + GROUP * items_per_invocation, item_count());
     var hidden = 0u;
     var index = start;

@@ -23,8 +23,6 @@ struct Item {
 
 override items_per_invocation: u32 = 1u;
 
-const GROUP: u32 = 64u;
-
 fn append_item(triangle: u32, part: u32) {
     let slot = atomicAdd(&counters.items, 1u);
     if slot < arrayLength(&items) {
@@ -45,12 +43,6 @@ fn item_count() -> u32 {
 
 fn coarse_item_count() -> u32 {
     return min(atomicLoad(&counters.coarse_items), arrayLength(&coarse_items));
-}
-
-fn groups_for(count: u32) -> array<u32, 3> {
-    let groups = (count + GROUP - 1u) / GROUP;
-    let width = max(min(groups, 32768u), 1u);
-    return array<u32, 3>(width, (groups + width - 1u) / width, 1u);
 }
 
 @compute @workgroup_size(1)

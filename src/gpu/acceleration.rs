@@ -6,6 +6,7 @@
 
 use super::device::Gpu;
 use super::frame::Frame;
+use super::kernel::Resource;
 use super::lock::lock;
 use super::tables::{triangle_items, write_items};
 use crate::bvh::{TriangleBoxes, WALK_MARGIN};
@@ -172,8 +173,8 @@ impl AccelerationStructure {
         self.generation == scene.generation() && reach_of_eye(eye_in_boxes) <= self.reach
     }
 
-    pub fn binding(&self) -> wgpu::BindingResource<'_> {
-        self.memory.structure.as_binding()
+    pub fn boxes(&self) -> Resource {
+        Resource::Boxes(self.memory.structure.clone())
     }
 
     /// (vertex, vertex, vertex, triangle) of each box.

@@ -8,9 +8,11 @@ use super::lock::lock;
 use super::pool::Pool;
 use super::shaders::Shader;
 use crate::error::{Error, Result};
+use bytemuck::Pod;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
+use wgpu::util::DeviceExt;
 use wgpu::{DeviceType, Features};
 
 /// The device in use with everything made for it once.
@@ -25,34 +27,24 @@ pub struct Gpu {
     /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
     /// them off to where it draws.
     times_by_clock: AtomicBool,
-    pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::ComputePipeline>>>,
-    render_pipelines: Mutex<HashMap<PipelineKey, Arc<wgpu::RenderPipeline>>>,
+    pipelines: Mutex<HashMap<PipelineKey, wgpu::ComputePipeline>>,
+    render_pipelines: Mutex<HashMap<PipelineKey, wgpu::RenderPipeline>>,
     pub pool: Arc<Pool>,
     /// First error that no call returned; the frame that finds it fails with it.
     error: Arc<Mutex<Option<String>>>,
     lost: Arc<Mutex<Option<String>>>,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-struct PipelineKey {
-    shader: Shader,
-    /// The vertex stage's and the fragment stage's, where there are two.
-    entry_points: [&'static str; 2],
-    constants: Vec<(&'static str, u64)>,
-}
+/// A shader, its entry points, and its constants by name and bits.
+type PipelineKey = (Shader, [&'static str; 2], Vec<(&'static str, u64)>);
 
-impl PipelineKey {
-    fn new(
-        shader: Shader,
-        entry_points: [&'static str; 2],
-        constants: &[(&'static str, f64)],
-    ) -> Self {
-        Self {
-            shader,
-            entry_points,
-            constants: constants.iter().map(|&(n, v)| (n, v.to_bits())).collect(),
-        }
-    }
+fn pipeline_key(
+    shader: Shader,
+    entry_points: [&'static str; 2],
+    constants: &[(&'static str, f64)],
+) -> PipelineKey {
+    let constants = constants.iter().map(|&(name, v)| (name, v.to_bits()));
+    (shader, entry_points, constants.collect())
 }
 
 /// Of the image that a render pass must have.
@@ -263,32 +255,43 @@ impl Gpu {
         lock(&self.render_pipelines).clear();
     }
 
+    /// A uniform buffer with the value. Not pooled: it is written before the submission, so that no
+    /// other pass of the same submission may take it.
+    pub fn uniform<T: Pod>(&self, what: &str, value: &T) -> wgpu::Buffer {
+        self.device
+            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(what),
+                contents: bytemuck::bytes_of(value),
+                usage: wgpu::BufferUsages::UNIFORM,
+            })
+    }
+
     /// The compiled entry point of a shader, made at first use.
-    pub fn pipeline(
+    pub(super) fn pipeline(
         &self,
         shader: Shader,
-        entry_point: &'static str,
+        entry_points: [&'static str; 2],
         constants: &[(&'static str, f64)],
-    ) -> Arc<wgpu::ComputePipeline> {
-        let key = PipelineKey::new(shader, [entry_point, ""], constants);
+    ) -> wgpu::ComputePipeline {
+        let compile = || self.compile(shader, entry_points[0], constants);
         lock(&self.pipelines)
-            .entry(key)
-            .or_insert_with(|| Arc::new(self.compile(shader, entry_point, constants)))
+            .entry(pipeline_key(shader, entry_points, constants))
+            .or_insert_with(compile)
             .clone()
     }
 
     /// The compiled vertex and fragment stage of a shader, made at first use: triangles of either winding,
     /// each pixel whose centre is covered once, nothing written but to storage.
-    pub fn render_pipeline(
+    pub(super) fn render_pipeline(
         &self,
         shader: Shader,
         entry_points: [&'static str; 2],
         constants: &[(&'static str, f64)],
-    ) -> Arc<wgpu::RenderPipeline> {
-        let key = PipelineKey::new(shader, entry_points, constants);
+    ) -> wgpu::RenderPipeline {
+        let compile = || self.compile_stages(shader, entry_points, constants);
         lock(&self.render_pipelines)
-            .entry(key)
-            .or_insert_with(|| Arc::new(self.compile_stages(shader, entry_points, constants)))
+            .entry(pipeline_key(shader, entry_points, constants))
+            .or_insert_with(compile)
             .clone()
     }
 

@@ -1,7 +1,9 @@
 //! A frame: passes recorded in order, each with a label that is also its timer's key.
 
 use super::device::{Gpu, UNUSED_IMAGE};
+use super::facts::Facts;
 use super::gathering::Member;
+use super::kernel::{Dispatch, Draw, Groups, Vertices};
 use super::pool::PooledBuffer;
 use crate::error::{Error, Result};
 use bytemuck::Pod;
@@ -29,16 +31,8 @@ pub struct Frame {
     labels: Vec<&'static str>,
     timings: Timings,
     reads: Vec<PooledBuffer>,
-}
-
-/// A whole buffer to bind.
-pub fn buffer(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
-    buffer.as_entire_binding()
-}
-
-/// A table to bind.
-pub fn table(view: &wgpu::TextureView) -> wgpu::BindingResource<'_> {
-    wgpu::BindingResource::TextureView(view)
+    /// What the next submission counts.
+    pub facts: Vec<PendingFacts>,
 }
 
 /// A buffer to be read after the submission.
@@ -51,44 +45,14 @@ pub struct Read<T> {
 /// What was read after a submission.
 pub struct ReadResults(Vec<PooledBuffer>);
 
-/// A binding of group 0 and its index.
-pub type Binding<'a> = (u32, wgpu::BindingResource<'a>);
+/// Reads counters; fails where they tell that the pass did not do all its work.
+pub type Describe = fn(&Gpu, &[u32]) -> Result<Facts>;
 
-/// Bindings that several dispatches share, and some more.
-pub fn joined<'a>(shared: &[Binding<'a>], own: &[&Binding<'a>]) -> Vec<Binding<'a>> {
-    let own = own.iter().copied().cloned();
-    shared.iter().cloned().chain(own).collect()
-}
-
-/// One dispatch of a pass.
-pub struct Dispatch<'a> {
-    pub pipeline: &'a wgpu::ComputePipeline,
-    /// Bindings of group 0, by their index.
-    pub bindings: Vec<Binding<'a>>,
-    pub groups: Groups<'a>,
-}
-
-/// One draw of a pass, triangle by triangle.
-pub struct Draw<'a> {
-    pub pipeline: &'a wgpu::RenderPipeline,
-    /// Bindings of group 0, by their index.
-    pub bindings: Vec<Binding<'a>>,
-    pub vertices: Vertices<'a>,
-}
-
-pub enum Vertices<'a> {
-    Number(u32),
-    Indirect(&'a wgpu::Buffer),
-}
-
-pub enum Groups<'a> {
-    /// At least this many workgroups, laid out so that no dimension exceeds the limit; the shader
-    /// takes `group.y * groups.x + group.x` as its index.
-    Linear(u64),
-    /// Columns and rows of workgroups.
-    Grid(u32, u32),
-    /// As a buffer says, from a byte of it on.
-    Indirect(&'a wgpu::Buffer, u64),
+/// Counters that the next submission brings, and how they are read.
+pub struct PendingFacts {
+    pub label: &'static str,
+    pub counters: Read<u32>,
+    pub describe: Describe,
 }
 
 impl Frame {
@@ -118,6 +82,7 @@ impl Frame {
             labels: Vec::new(),
             timings: Vec::new(),
             reads: Vec::new(),
+            facts: Vec::new(),
         }
     }
 
@@ -131,18 +96,6 @@ impl Frame {
             usage |= BufferUsages::MAP_READ;
         }
         self.gpu.pool.scratch(what, size, usage)
-    }
-
-    /// A uniform buffer with the value. Not pooled: it is written before the submission, so that no
-    /// other pass of the same submission may take it.
-    pub fn uniform<T: Pod>(&self, what: &str, value: &T) -> wgpu::Buffer {
-        self.gpu
-            .device
-            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(what),
-                contents: bytemuck::bytes_of(value),
-                usage: BufferUsages::UNIFORM,
-            })
     }
 
     /// A storage buffer that holds the values; not pooled, as uniforms are not.
@@ -168,13 +121,13 @@ impl Frame {
 
     /// Records a pass: its dispatches in order, timed together under the label.
     pub fn pass(&mut self, label: &'static str, dispatches: &[Dispatch]) {
-        let bind_groups: Vec<_> = dispatches
-            .iter()
-            .map(|dispatch| {
-                let layout = dispatch.pipeline.get_bind_group_layout(0);
-                self.bind_group(label, &layout, &dispatch.bindings)
-            })
-            .collect();
+        let gpu = self.gpu.clone();
+        let prepare = |Dispatch { kernel, .. }: &Dispatch| {
+            let pipeline = gpu.pipeline(kernel.shader, kernel.entry_points, &kernel.constants);
+            let bind_group = kernel.bind_group(&gpu, &pipeline.get_bind_group_layout(0));
+            (pipeline, bind_group)
+        };
+        let prepared: Vec<_> = dispatches.iter().map(prepare).collect();
         let start = self.begin_by_clock();
         let query = self.next_query(label);
         let mut pass = self
@@ -189,8 +142,8 @@ impl Frame {
                     }
                 }),
             });
-        for (dispatch, bind_group) in dispatches.iter().zip(&bind_groups) {
-            pass.set_pipeline(dispatch.pipeline);
+        for (dispatch, (pipeline, bind_group)) in dispatches.iter().zip(&prepared) {
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, bind_group, &[]);
             match dispatch.groups {
                 Groups::Linear(count) => {
@@ -199,7 +152,7 @@ impl Frame {
                     pass.dispatch_workgroups(count.div_ceil(rows) as u32, rows as u32, 1);
                 }
                 Groups::Grid(columns, rows) => pass.dispatch_workgroups(columns, rows, 1),
-                Groups::Indirect(buffer, start) => {
+                Groups::Indirect(ref buffer, start) => {
                     pass.dispatch_workgroups_indirect(buffer, start);
                 }
             }
@@ -212,13 +165,14 @@ impl Frame {
     /// timed together under the label. Fragments write to storage alone; the image is thrown away.
     pub fn draw(&mut self, label: &'static str, (width, height): (u32, u32), draws: &[Draw]) {
         self.gpu.before_draw();
-        let bind_groups: Vec<_> = draws
-            .iter()
-            .map(|draw| {
-                let layout = draw.pipeline.get_bind_group_layout(0);
-                self.bind_group(label, &layout, &draw.bindings)
-            })
-            .collect();
+        let gpu = self.gpu.clone();
+        let prepare = |Draw { kernel, .. }: &Draw| {
+            let (shader, constants) = (kernel.shader, &kernel.constants);
+            let pipeline = gpu.render_pipeline(shader, kernel.entry_points, constants);
+            let bind_group = kernel.bind_group(&gpu, &pipeline.get_bind_group_layout(0));
+            (pipeline, bind_group)
+        };
+        let prepared: Vec<_> = draws.iter().map(prepare).collect();
         let start = self.begin_by_clock();
         let query = self.next_query(label);
         // A pass must have one.
@@ -256,38 +210,16 @@ impl Frame {
             }),
             ..Default::default()
         });
-        for (draw, bind_group) in draws.iter().zip(&bind_groups) {
-            pass.set_pipeline(draw.pipeline);
+        for (draw, (pipeline, bind_group)) in draws.iter().zip(&prepared) {
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, bind_group, &[]);
-            match draw.vertices {
-                Vertices::Number(count) => pass.draw(0..count, 0..1),
+            match &draw.vertices {
+                Vertices::Number(count) => pass.draw(0..*count, 0..1),
                 Vertices::Indirect(buffer) => pass.draw_indirect(buffer, 0),
             }
         }
         drop(pass);
         self.end_by_clock(label, start);
-    }
-
-    fn bind_group(
-        &self,
-        label: &str,
-        layout: &wgpu::BindGroupLayout,
-        bindings: &[Binding],
-    ) -> wgpu::BindGroup {
-        let entries: Vec<_> = bindings
-            .iter()
-            .map(|(binding, resource)| wgpu::BindGroupEntry {
-                binding: *binding,
-                resource: resource.clone(),
-            })
-            .collect();
-        self.gpu
-            .device
-            .create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(label),
-                layout,
-                entries: &entries,
-            })
     }
 
     /// The first of a pass's two timestamps, where it is timed by them.
@@ -349,6 +281,23 @@ impl Frame {
             count,
             element: PhantomData,
         })
+    }
+
+    /// The next submission brings what a pass counted.
+    pub fn count(
+        &mut self,
+        label: &'static str,
+        counters: PooledBuffer,
+        count: usize,
+        describe: Describe,
+    ) -> Result<()> {
+        let counters = self.read(Source::Taken(counters), count)?;
+        self.facts.push(PendingFacts {
+            label,
+            counters,
+            describe,
+        });
+        Ok(())
     }
 
     fn reads_in_place(&self) -> bool {

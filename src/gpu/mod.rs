@@ -3,8 +3,10 @@
 pub mod acceleration;
 pub mod adapters;
 pub mod device;
+pub mod facts;
 pub mod frame;
 mod gathering;
+pub mod kernel;
 pub mod lock;
 pub mod passes;
 pub mod pool;

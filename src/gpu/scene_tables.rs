@@ -2,7 +2,8 @@
 
 use super::acceleration::KeptStructure;
 use super::device::Gpu;
-use super::frame::{Binding, Frame, table};
+use super::frame::Frame;
+use super::kernel::Kernel;
 use super::lock::lock;
 use super::tables::{new_table, triangle_items, write_items, write_table};
 use crate::bvh::Bvh;
@@ -179,15 +180,6 @@ impl SceneTables {
         built_once(&self.edges, frame, || EdgeTables::new(&frame.gpu, scene))
     }
 
-    /// Bindings of `shaders/lib/triangles.wgsl`.
-    pub fn bindings(&self) -> [Binding<'_>; 3] {
-        [
-            (1, table(&self.vertex_indices)),
-            (2, table(&self.positions_high)),
-            (3, table(&self.positions_low)),
-        ]
-    }
-
     /// The greatest distance of a point of the scene's box.
     pub fn farthest(&self, point: DVec3) -> f64 {
         let (low, high) = self.bounds;
@@ -206,6 +198,20 @@ impl SceneTables {
         write_table(gpu, &self.unit_normals, with_extent.collect());
         // Which triangles have no area may have changed.
         write_table(gpu, &self.vertex_indices, vertex_indices(scene));
+    }
+}
+
+impl Kernel {
+    /// Binds the positions of `shaders/lib/triangles.wgsl`.
+    pub fn vertices(self, scene: &SceneTables) -> Self {
+        self.bind(2, &scene.positions_high)
+            .bind(3, &scene.positions_low)
+            .constant("has_low_parts", scene.has_low_parts)
+    }
+
+    /// Binds the triangles, too.
+    pub fn triangles(self, scene: &SceneTables) -> Self {
+        self.bind(1, &scene.vertex_indices).vertices(scene)
     }
 }
 

@@ -74,11 +74,6 @@ pub const FILES: &[(&str, &str)] = &[
     file!("warp_map"),
 ];
 
-/// The value of a shader's constant that is a bool.
-pub fn flag(is_on: bool) -> f64 {
-    f64::from(u8::from(is_on))
-}
-
 /// A shader with its slots filled. A slot that the file does not import plays no part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shader {

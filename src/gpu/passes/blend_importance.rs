@@ -1,11 +1,11 @@
 //! Pass "blend importance": an importance map with that of the frame before.
 
 use super::importance_map::ImportanceMap;
-use super::warp_map::{self, WarpMap};
+use super::warp_map::WarpMap;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use glam::{DMat3, DVec2};
 
 pub const LABEL: &str = "blend importance";
@@ -60,44 +60,20 @@ pub fn blend_importance(
         old_rows: old.rows,
         padding: [0; 2],
     };
-    let uniform = frame.uniform(LABEL, &uniform);
     let values = frame.constants("old importance", old.values)?;
-    let gpu = frame.gpu.clone();
-    let shader = |warp| Shader {
-        warp: warp_map::shader(warp),
-        ..Shader::new("blend_importance")
+    let groups = Groups::Grid(map.cells.div_ceil(64), map.cells);
+    let kernel = Kernel::new("blend_importance").uniform(&frame.gpu, 0, &uniform);
+    let blend = kernel.clone().bind(2, &map.buffer);
+    let dispatches = match (map.count_unit, warp) {
+        (None, _) => vec![blend.entry("maximum").bind(1, &values)],
+        (Some(_), None) => vec![blend.entry("count").bind(1, &values)],
+        (Some(_), Some(_)) => {
+            let splat = kernel.entry("splat").bind(1, &values).bind(3, &map.buffer);
+            vec![blend.entry("fade"), splat.warp(warp)]
+        }
     };
-    let entry_point = match (map.count_unit, warp) {
-        (None, _) => "maximum",
-        (Some(_), None) => "count",
-        (Some(_), Some(_)) => "fade",
-    };
-    let blend = gpu.pipeline(shader(None), entry_point, &[]);
-    let groups = || Groups::Grid(map.cells.div_ceil(64), map.cells);
-    let mut bindings = vec![(0, buffer(&uniform)), (2, buffer(&map.buffer))];
-    if entry_point != "fade" {
-        bindings.push((1, buffer(&values)));
-    }
-    let mut dispatches = vec![Dispatch {
-        pipeline: &blend,
-        bindings,
-        groups: groups(),
-    }];
-    let splat;
-    if entry_point == "fade" {
-        splat = gpu.pipeline(shader(warp), "splat", &[]);
-        let mut bindings = vec![
-            (0, buffer(&uniform)),
-            (1, buffer(&values)),
-            (3, buffer(&map.buffer)),
-        ];
-        bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-        dispatches.push(Dispatch {
-            pipeline: &splat,
-            bindings,
-            groups: groups(),
-        });
-    }
-    frame.pass(LABEL, &dispatches);
+    let dispatches = dispatches.into_iter();
+    let dispatches = dispatches.map(|kernel| kernel.dispatch(groups.clone()));
+    frame.pass(LABEL, &dispatches.collect::<Vec<_>>());
     Ok(())
 }

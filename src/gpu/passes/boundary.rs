@@ -2,13 +2,11 @@
 
 use super::inputs::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::Shader;
 
 pub const LABEL: &str = "boundary";
-
-const SHADER: Shader = Shader::new("boundary");
 
 /// Pixels along each side of a tile, as in the shader.
 const TILE: u32 = 4;
@@ -32,34 +30,22 @@ pub fn boundary(
     let marks = frame.storage(LABEL, size)?;
     let weights = frame.storage("boundary weights", size)?;
     // Which receivers face the light does not depend on a projection.
-    let receivers = seen.camera_uniform();
-    let receivers = frame.uniform("receivers", &receivers);
-    let gpu = frame.gpu.clone();
-    let mark = gpu.pipeline(SHADER, "mark", &seen.constants());
-    let weigh = gpu.pipeline(SHADER, "weigh", &[("boundary_weight", weight)]);
-    let groups = || Groups::Grid(columns.div_ceil(64), rows);
+    let (gpu, receivers) = (&frame.gpu, seen.camera_uniform());
+    let groups = Groups::Grid(columns.div_ceil(64), rows);
+    let mark = Kernel::new("boundary")
+        .entry("mark")
+        .receivers(gpu, seen, &receivers)
+        .bind(0, visibility)
+        .bind(1, &marks);
+    let weigh = Kernel::new("boundary")
+        .entry("weigh")
+        .constant("boundary_weight", weight)
+        .uniform(gpu, 20, &receivers)
+        .bind(1, &marks)
+        .bind(2, &weights);
     frame.pass(
         LABEL,
-        &[
-            Dispatch {
-                pipeline: &mark,
-                bindings: [
-                    &seen.bindings(&receivers)[..],
-                    &[(0, buffer(visibility)), (1, buffer(&marks))],
-                ]
-                .concat(),
-                groups: groups(),
-            },
-            Dispatch {
-                pipeline: &weigh,
-                bindings: vec![
-                    (20, buffer(&receivers)),
-                    (1, buffer(&marks)),
-                    (2, buffer(&weights)),
-                ],
-                groups: groups(),
-            },
-        ],
+        &[mark.dispatch(groups.clone()), weigh.dispatch(groups)],
     );
     Ok(BoundaryWeights { weights, columns })
 }

@@ -2,10 +2,11 @@
 
 use super::importance_map::{Factors, ImportanceMap};
 use super::inputs::Receivers;
+use super::rasterize::Target;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, table};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 use glam::DVec3;
 
@@ -67,34 +68,17 @@ pub fn forward_importance(
         map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
         padding: [0; 2],
     };
-    let uniform = frame.uniform(LABEL, &uniform);
-    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
-    let shader = Shader {
-        projection: projection.shader(),
-        stored: "stored/depth_triangle",
-        ..Shader::new("forward_importance")
-    };
-    let pipeline = frame
-        .gpu
-        .clone()
-        .pipeline(shader, "main", &factors.constants());
     let unused = frame.storage("unused weights", 4)?;
-    let mut bindings = vec![
-        (0, buffer(&projected)),
-        (1, buffer(&uniform)),
-        (2, buffer(&map)),
-        (5, buffer(texels)),
-        (10, table(&seen.scene.unit_normals)),
-    ];
-    bindings.extend(factors.bindings(&unused));
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: Groups::Grid(projection.width.div_ceil(64), projection.height),
-        }],
-    );
+    let kernel = Kernel::new("forward_importance")
+        .projection(&frame.gpu, 0, projection, seen.scene.origin)
+        .uniform(&frame.gpu, 1, &uniform)
+        .bind(2, &map)
+        .stored(Target::DepthTriangle)
+        .bind(5, texels)
+        .bind(10, &seen.scene.unit_normals)
+        .factors(factors, &unused);
+    let groups = Groups::Grid(projection.width.div_ceil(64), projection.height);
+    frame.pass(LABEL, &[kernel.dispatch(groups)]);
     Ok(ImportanceMap {
         buffer: map,
         cells,

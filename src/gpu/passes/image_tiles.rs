@@ -1,13 +1,13 @@
 //! Pass "image tiles": the visibility image before any caster, and its tiles that may hold receivers of a layer,
 //! which the passes over them look at alone.
 
-use super::facts::{Fact, Facts, PendingFacts};
 use super::inputs::{BYTES_OF_CHOICE, CHOICES, IMAGE_TILE, ImageTiles, Receivers};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer};
+use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::Shader;
 use crate::region::Region;
 use std::sync::Arc;
 
@@ -42,27 +42,13 @@ pub fn begin(frame: &mut Frame, seen: Receivers) -> Result<InitialImage> {
     let visibility = frame.storage("visibility image", 4 * seen.camera.pixel_count() as u64)?;
     frame.clear(&depth_ranges);
     frame.clear(&count);
-    let receivers = seen.camera_uniform();
-    let receivers = frame.uniform("receivers", &receivers);
-    let shader = Shader::new("image_tiles");
-    let pipeline = frame
-        .gpu
-        .clone()
-        .pipeline(shader, "begin", &seen.constants());
-    let mut bindings = seen.bindings(&receivers).to_vec();
-    bindings.extend([
-        (0, buffer(&depth_ranges)),
-        (4, buffer(&count)),
-        (6, buffer(&visibility)),
-    ]);
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: Groups::Grid(columns, rows),
-        }],
-    );
+    let kernel = Kernel::new("image_tiles")
+        .entry("begin")
+        .receivers(&frame.gpu, seen, &seen.camera_uniform())
+        .bind(0, &depth_ranges)
+        .bind(4, &count)
+        .bind(6, &visibility);
+    frame.pass(LABEL, &[kernel.dispatch(Groups::Grid(columns, rows))]);
     Ok(InitialImage {
         visibility: Some(visibility),
         seen: count,
@@ -72,14 +58,8 @@ pub fn begin(frame: &mut Frame, seen: Receivers) -> Result<InitialImage> {
 }
 
 impl InitialImage {
-    /// Those of the layer's region, and what there is to tell of those that were not known; `None`: the device
-    /// takes no workgroup for each of so many.
-    pub fn tiles(
-        &mut self,
-        frame: &mut Frame,
-        seen: Receivers,
-        facts: &mut Vec<PendingFacts>,
-    ) -> Result<Option<Arc<ImageTiles>>> {
+    /// Those of the layer's region; `None`: the device takes no workgroup for each of so many.
+    pub fn tiles(&mut self, frame: &mut Frame, seen: Receivers) -> Result<Option<Arc<ImageTiles>>> {
         if let Some((_, tiles)) = self.listed.iter().find(|(of, _)| of == seen.region) {
             return Ok(Some(tiles.clone()));
         }
@@ -88,19 +68,12 @@ impl InitialImage {
         if count > u64::from(frame.gpu.limits.max_compute_workgroups_per_dimension) {
             return Ok(None);
         }
-        let (tiles, new_facts) = self.list(frame, seen, count)?;
-        let tiles = Arc::new(tiles);
-        facts.push(new_facts);
+        let tiles = Arc::new(self.list(frame, seen, count)?);
         self.listed.push((seen.region.clone(), tiles.clone()));
         Ok(Some(tiles))
     }
 
-    fn list(
-        &self,
-        frame: &mut Frame,
-        seen: Receivers,
-        count: u64,
-    ) -> Result<(ImageTiles, PendingFacts)> {
+    fn list(&self, frame: &mut Frame, seen: Receivers, count: u64) -> Result<ImageTiles> {
         let counters = frame.storage("counters", 8)?;
         let tiles = ImageTiles {
             listed: frame.storage(LABEL, 4 * count)?,
@@ -108,30 +81,16 @@ impl InitialImage {
         };
         let mut receivers = seen.camera_uniform();
         receivers.rounding = seen.slack() as f32;
-        let receivers = frame.uniform("receivers", &receivers);
-        let shader = Shader::new("image_tiles");
-        let pipeline = frame.gpu.clone().pipeline(shader, "list", &[]);
-        let [uniform, ..] = seen.bindings(&receivers);
-        frame.pass(
-            LABEL,
-            &[Dispatch {
-                pipeline: &pipeline,
-                bindings: vec![
-                    uniform,
-                    (1, buffer(&self.depth_ranges)),
-                    (2, buffer(&tiles.listed)),
-                    (3, buffer(&tiles.groups)),
-                    (5, buffer(&counters)),
-                ],
-                groups: Groups::Linear(1),
-            }],
-        );
-        let facts = PendingFacts {
-            label: LABEL,
-            counters: frame.read(Source::Taken(counters), 2)?,
-            describe,
-        };
-        Ok((tiles, facts))
+        let kernel = Kernel::new("image_tiles")
+            .entry("list")
+            .uniform(&frame.gpu, 20, &receivers)
+            .bind(1, &self.depth_ranges)
+            .bind(2, &tiles.listed)
+            .bind(3, &tiles.groups)
+            .bind(5, &counters);
+        frame.pass(LABEL, &[kernel.dispatch(Groups::ONE)]);
+        frame.count(LABEL, counters, 2, describe)?;
+        Ok(tiles)
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::boundary::BoundaryWeights;
 use super::inputs::Receivers;
-use super::warp_map::{self, Axis, WarpMap};
+use super::warp_map::{Axis, WarpMap};
 use crate::error::Result;
-use crate::gpu::frame::{Binding, Dispatch, Frame, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::{Shader, flag};
 use crate::projection::Projection;
 
 pub const LABEL: &str = "importance map";
@@ -38,23 +38,15 @@ pub struct Factors<'a> {
     pub map_weights: Option<(&'a wgpu::Buffer, [u32; 2])>,
 }
 
-impl<'a> Factors<'a> {
-    /// Constants of the shaders that multiply them.
-    pub fn constants(&self) -> [(&'static str, f64); 4] {
-        [
-            ("uses_distance", flag(self.distance)),
-            ("uses_normal", flag(self.normal.is_some())),
-            ("uses_shadow_edge", flag(self.shadow_edge.is_some())),
-            ("uses_map_weights", flag(self.map_weights.is_some())),
-        ]
-    }
-
-    /// Those that light and camera both see; `unused` stands for one that is not there.
-    pub fn bindings(&self, unused: &'a wgpu::Buffer) -> [Binding<'a>; 2] {
-        [
-            (4, buffer(self.map_weights.map_or(unused, |(b, _)| b))),
-            (6, buffer(self.shadow_edge.map_or(unused, |(b, _)| b))),
-        ]
+impl Kernel {
+    /// Factors that light and camera both see; `unused` stands for one that is not there.
+    pub fn factors(self, factors: Factors, unused: &wgpu::Buffer) -> Self {
+        self.constant("uses_distance", factors.distance)
+            .constant("uses_normal", factors.normal.is_some())
+            .constant("uses_shadow_edge", factors.shadow_edge.is_some())
+            .constant("uses_map_weights", factors.map_weights.is_some())
+            .bind(4, factors.map_weights.map_or(unused, |(b, _)| b))
+            .bind(6, factors.shadow_edge.map_or(unused, |(b, _)| b))
     }
 }
 
@@ -97,9 +89,9 @@ pub fn importance_map(
     factors: Factors,
     warp: Option<&WarpMap>,
 ) -> Result<ImportanceMap> {
-    let (entry_point, along, count_unit) = match importance {
-        Importance::Count { along, unit } => ("count", along, Some(unit)),
-        Importance::Maximum => ("maximum", Axis::X, None),
+    let (along, count_unit) = match importance {
+        Importance::Count { along, unit } => (along, Some(unit)),
+        Importance::Maximum => (Axis::X, None),
     };
     let uniform = ImportanceUniform {
         cells,
@@ -112,47 +104,23 @@ pub fn importance_map(
     };
     let map = frame.storage(LABEL, 4 * u64::from(cells).pow(2))?;
     frame.clear(&map);
-    let receivers = seen.uniform(projection);
-    let receivers = frame.uniform("receivers", &receivers);
-    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
-    let uniform = frame.uniform("importance", &uniform);
-    let shader = Shader {
-        projection: projection.shader(),
-        warp: warp_map::shader(warp),
-        ..Shader::new("importance_map")
-    };
     let rows = frame.gpu.work_per_invocation(1, 32);
-    let mut constants = seen.constants().to_vec();
-    constants.extend(seen.tiles_constants(rows));
-    constants.extend(factors.constants());
-    constants.extend([
-        ("uses_boundary", flag(factors.boundary.is_some())),
-        ("uses_pixel_weights", flag(factors.pixel_weights.is_some())),
-    ]);
-    let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
     let unused = frame.storage("unused weights", 4)?;
     let boundary = factors.boundary.map_or(&*unused, |b| &*b.weights);
-    let mut bindings = seen.bindings(&receivers).to_vec();
-    bindings.extend([
-        seen.tiles_binding(),
-        (0, buffer(&projected)),
-        (1, buffer(&uniform)),
-        (2, buffer(&map)),
-        (3, buffer(factors.pixel_weights.unwrap_or(&unused))),
-        (7, buffer(boundary)),
-    ]);
-    bindings.extend(factors.bindings(&unused));
-    if count_unit.is_some() {
-        bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    }
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: seen.groups(rows),
-        }],
-    );
+    let kernel = Kernel::new("importance_map")
+        .constant("counts", count_unit.is_some())
+        .projection(&frame.gpu, 0, projection, seen.scene.origin)
+        .uniform(&frame.gpu, 1, &uniform)
+        .bind(2, &map)
+        .bind(3, factors.pixel_weights.unwrap_or(&unused))
+        .bind(7, boundary)
+        .constant("uses_boundary", factors.boundary.is_some())
+        .constant("uses_pixel_weights", factors.pixel_weights.is_some())
+        .receivers(&frame.gpu, seen, &seen.uniform(projection))
+        .tiles(seen, rows)
+        .factors(factors, &unused)
+        .warp(warp);
+    frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
     Ok(ImportanceMap {
         buffer: map,
         cells,

@@ -1,11 +1,11 @@
-//! What the passes read: the scene, the camera, and the receivers of a layer.
+//! What the passes read: the scene, and the receivers of a layer.
 
 use crate::camera::Camera;
-use crate::gpu::frame::{Binding, Groups, buffer, table};
+use crate::gpu::device::Gpu;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::flag;
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::region::{MAX_HALF_SPACES, Region};
@@ -51,19 +51,12 @@ pub struct ImageTiles {
 }
 
 impl ImageTiles {
-    pub fn groups(&self, rows_per_invocation: u32) -> Groups<'_> {
+    fn groups(&self, rows_per_invocation: u32) -> Groups {
         debug_assert!(rows_per_invocation.is_power_of_two());
         let choice = u64::from(rows_per_invocation.ilog2());
         debug_assert!(choice < CHOICES);
-        Groups::Indirect(&self.groups, BYTES_OF_CHOICE * choice)
+        Groups::Indirect((*self.groups).clone(), BYTES_OF_CHOICE * choice)
     }
-}
-
-/// What every pass of a frame reads.
-#[derive(Clone, Copy)]
-pub struct Inputs<'a> {
-    pub scene: &'a SceneTables,
-    pub camera: &'a Camera,
 }
 
 /// What the camera sees, before one light and for one layer: what the passes over receivers read.
@@ -80,8 +73,16 @@ pub struct Receivers<'a> {
 }
 
 impl<'a> Receivers<'a> {
-    pub fn within(self, tiles: Option<&'a ImageTiles>) -> Self {
-        Self { tiles, ..self }
+    /// Those of a region, and its tiles.
+    pub fn within<'b>(self, region: &'b Region, tiles: Option<&'b ImageTiles>) -> Receivers<'b>
+    where
+        'a: 'b,
+    {
+        Receivers {
+            region,
+            tiles,
+            ..self
+        }
     }
 
     /// The camera's pixels seen in the projection space of a light.
@@ -148,29 +149,14 @@ impl<'a> Receivers<'a> {
         8.0 * f64::from(f32::EPSILON) * distances
     }
 
-    /// Bindings of `shaders/lib/receivers.wgsl`, with a buffer of `uniform`.
-    pub fn bindings<'b>(&'b self, uniform: &'b wgpu::Buffer) -> [Binding<'b>; 3] {
-        [
-            (20, buffer(uniform)),
-            (21, buffer(self.visibility_buffer)),
-            (10, table(&self.scene.unit_normals)),
-        ]
-    }
-
-    /// The binding of `shaders/lib/image_tiles.wgsl`.
-    pub fn tiles_binding(&self) -> Binding<'_> {
-        let unused = self.visibility_buffer;
-        (22, buffer(self.tiles.map_or(unused, |tiles| &tiles.listed)))
-    }
-
     /// Workgroups of the layer's tiles, or of all of the image, each invocation with so many rows: a power of
     /// two that divides a tile's.
-    pub fn groups(&self, rows_per_invocation: u32) -> Groups<'_> {
+    pub fn groups(&self, rows_per_invocation: u32) -> Groups {
         self.groups_of_rows(self.camera.height, rows_per_invocation)
     }
 
     /// The same, but of so many rows of the image where tiles are not known.
-    pub fn groups_of_rows(&self, rows: u32, rows_per_invocation: u32) -> Groups<'_> {
+    pub fn groups_of_rows(&self, rows: u32, rows_per_invocation: u32) -> Groups {
         match self.tiles {
             Some(tiles) => tiles.groups(rows_per_invocation),
             None => Groups::Grid(
@@ -179,20 +165,23 @@ impl<'a> Receivers<'a> {
             ),
         }
     }
+}
 
-    /// Constants of `shaders/lib/image_tiles.wgsl`.
-    pub fn tiles_constants(&self, rows_per_invocation: u32) -> [(&'static str, f64); 2] {
-        [
-            ("has_tiles", flag(self.tiles.is_some())),
-            ("rows_per_invocation", f64::from(rows_per_invocation)),
-        ]
+impl Kernel {
+    /// What `shaders/lib/receivers.wgsl` reads.
+    pub fn receivers(self, gpu: &Gpu, seen: Receivers, uniform: &ReceiversUniform) -> Self {
+        self.uniform(gpu, 20, uniform)
+            .bind(21, seen.visibility_buffer)
+            .bind(10, &seen.scene.unit_normals)
+            .constant("has_cone", seen.light.cone().is_some())
+            .constant("has_region", !seen.region.is_everywhere())
     }
 
-    /// Constants of `shaders/lib/receivers.wgsl`.
-    pub fn constants(&self) -> [(&'static str, f64); 2] {
-        [
-            ("has_cone", flag(self.light.cone().is_some())),
-            ("has_region", flag(!self.region.is_everywhere())),
-        ]
+    /// What `shaders/lib/image_tiles.wgsl` reads.
+    pub fn tiles(self, seen: Receivers, rows_per_invocation: u32) -> Self {
+        let unused = seen.visibility_buffer;
+        self.bind(22, seen.tiles.map_or(unused, |tiles| &tiles.listed))
+            .constant("has_tiles", seen.tiles.is_some())
+            .constant("rows_per_invocation", rows_per_invocation)
     }
 }

@@ -1,15 +1,14 @@
 //! The rays of the receivers towards the light, whichever pass searches for what they meet:
 //! `shaders/lib/light_rays.wgsl`.
 
-use super::facts::{Describe, Fact, Facts, PendingFacts};
 use super::inputs::Receivers;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, table};
+use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::frame::{Describe, Frame};
+use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::{Shader, flag};
-use crate::projection::Projection;
 use crate::rounding::double_single;
 use glam::DVec3;
 
@@ -19,7 +18,8 @@ pub const MAX_STEPS: u32 = 65_000;
 /// A pass that searches.
 pub struct Search<'a> {
     pub label: &'static str,
-    pub shader: Shader,
+    /// Its file of `shaders/`.
+    pub file: &'static str,
     /// Boxes are `(world - centre) / half_size`.
     pub centre: DVec3,
     pub half_size: f64,
@@ -28,7 +28,7 @@ pub struct Search<'a> {
     /// Of a hierarchy that compute walks.
     pub node_count: u32,
     /// What is searched.
-    pub structure: wgpu::BindingResource<'a>,
+    pub structure: Resource,
     /// (vertex, vertex, vertex, triangle) in the structure's order.
     pub triangles: &'a wgpu::TextureView,
     pub describe: Describe,
@@ -62,12 +62,8 @@ pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
 }
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
-pub fn light_rays(
-    frame: &mut Frame,
-    seen: Receivers,
-    search: Search,
-) -> Result<(PooledBuffer, PendingFacts)> {
-    let (scene, camera, label) = (seen.scene, seen.camera, search.label);
+pub fn light_rays(frame: &mut Frame, seen: Receivers, search: Search) -> Result<PooledBuffer> {
+    let (scene, camera) = (seen.scene, seen.camera);
     let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
     let eye_in_boxes = (camera.eye - search.centre) / search.half_size;
     let uniform = LightRaysUniform {
@@ -78,45 +74,20 @@ pub fn light_rays(
         eye_in_boxes: eye_in_boxes.as_vec3().to_array(),
         node_count: search.node_count,
     };
-    let uniform = frame.uniform(label, &uniform);
-    let receivers = seen.uniform(&Projection::from_camera(camera));
-    let receivers = frame.uniform("receivers", &receivers);
     let visibility = frame.storage("visibility image", 4 * camera.pixel_count() as u64)?;
     let counters = frame.storage("counters", 8)?;
     frame.clear(&counters);
-    let mut constants = vec![
-        ("has_low_parts", flag(scene.has_low_parts)),
-        ("most_steps", f64::from(MAX_STEPS)),
-    ];
-    constants.extend(seen.constants());
-    let pipeline = frame
-        .gpu
-        .clone()
-        .pipeline(search.shader, "main", &constants);
-    frame.pass(
-        label,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings: [
-                &seen.bindings(&receivers)[..],
-                &[
-                    (0, buffer(&uniform)),
-                    (2, table(&scene.positions_high)),
-                    (3, table(&scene.positions_low)),
-                    (4, search.structure),
-                    (5, table(search.triangles)),
-                    (6, buffer(&visibility)),
-                    (7, buffer(&counters)),
-                ],
-            ]
-            .concat(),
-            groups: Groups::Grid(camera.width.div_ceil(8), camera.height.div_ceil(8)),
-        }],
-    );
-    let facts = PendingFacts {
-        label,
-        counters: frame.read(Source::Taken(counters), 2)?,
-        describe: search.describe,
-    };
-    Ok((visibility, facts))
+    let kernel = Kernel::new(search.file)
+        .uniform(&frame.gpu, 0, &uniform)
+        .receivers(&frame.gpu, seen, &seen.camera_uniform())
+        .vertices(scene)
+        .bind(4, search.structure)
+        .bind(5, search.triangles)
+        .bind(6, &visibility)
+        .bind(7, &counters)
+        .constant("most_steps", MAX_STEPS);
+    let groups = Groups::Grid(camera.width.div_ceil(8), camera.height.div_ceil(8));
+    frame.pass(search.label, &[kernel.dispatch(groups)]);
+    frame.count(search.label, counters, 2, search.describe)?;
+    Ok(visibility)
 }

@@ -2,9 +2,9 @@
 
 use super::inputs::Receivers;
 use super::rasterize::Target;
-use super::warp_map::{self, WarpMap};
-use crate::gpu::frame::{Dispatch, Frame, buffer};
-use crate::gpu::shaders::{Shader, flag};
+use super::warp_map::WarpMap;
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::Kernel;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "lookup";
@@ -97,20 +97,10 @@ pub struct LookupInput<'a> {
 pub fn lookup(frame: &mut Frame, seen: Receivers, map: LookupInput, visibility: &wgpu::Buffer) {
     let LookupInput {
         projection,
-        warp,
         comparison,
         bias,
         ..
     } = map;
-    let shader = Shader {
-        projection: projection.shader(),
-        warp: warp_map::shader(warp),
-        stored: match comparison.target() {
-            Target::Depth => "stored/depth",
-            Target::DepthTriangle => "stored/depth_triangle",
-        },
-        ..Shader::new("lookup")
-    };
     let mut uniform = seen.uniform(projection);
     // Depths are in the projection's unit there. So is the growth of a beam.
     let unit = projection.unit();
@@ -121,43 +111,20 @@ pub fn lookup(frame: &mut Frame, seen: Receivers, map: LookupInput, visibility: 
     let filter = comparison.filter;
     uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
     uniform.rounding = (bias.rounding * unit) as f32;
-    let uniform = frame.uniform("receivers", &uniform);
-    let projection = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     let rows = frame.gpu.work_per_invocation(1, 32);
-    let mut constants = vec![
-        ("reach", f64::from(comparison.reach)),
-        ("uses_triangles", flag(comparison.triangles)),
-        ("uses_depths", flag(comparison.depths)),
-        (
-            "samples",
-            filter.map_or(0.0, |filter| f64::from(filter.samples)),
-        ),
-        (
-            "is_unwarped",
-            flag(filter.is_some_and(|filter| filter.is_unwarped)),
-        ),
-        ("has_low_parts", flag(seen.scene.has_low_parts)),
-    ];
-    constants.extend(seen.constants());
-    constants.extend(seen.tiles_constants(rows));
-    constants.extend(warp_map::constants(warp));
-    let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
-    let scene = seen.scene;
-    let mut bindings = seen.bindings(&uniform).to_vec();
-    bindings.extend([
-        seen.tiles_binding(),
-        (0, buffer(&projection)),
-        (5, buffer(map.texels)),
-        (6, buffer(visibility)),
-    ]);
-    bindings.extend(scene.bindings());
-    bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: seen.groups(rows),
-        }],
-    );
+    let kernel = Kernel::new("lookup")
+        .projection(&frame.gpu, 0, projection, seen.scene.origin)
+        .receivers(&frame.gpu, seen, &uniform)
+        .tiles(seen, rows)
+        .triangles(seen.scene)
+        .warp(map.warp)
+        .stored(comparison.target())
+        .bind(5, map.texels)
+        .bind(6, visibility)
+        .constant("reach", comparison.reach)
+        .constant("uses_triangles", comparison.triangles)
+        .constant("uses_depths", comparison.depths)
+        .constant("samples", filter.map_or(0, |filter| filter.samples))
+        .constant("is_unwarped", filter.is_some_and(|f| f.is_unwarped));
+    frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
 }

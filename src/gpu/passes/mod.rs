@@ -5,7 +5,6 @@ pub mod bias;
 pub mod blend_importance;
 pub mod boundary;
 pub mod caster_tests;
-pub mod facts;
 pub mod forward_importance;
 pub mod image_tiles;
 pub mod importance_map;
@@ -28,9 +27,6 @@ pub mod tessellate;
 pub mod visibility;
 pub mod warp_map;
 pub mod work_items;
-
-pub use facts::{FactsOfPasses, PendingFacts};
-pub use inputs::{Inputs, Receivers};
 
 use super::acceleration;
 

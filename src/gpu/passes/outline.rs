@@ -3,9 +3,9 @@
 use super::inputs::Receivers;
 use crate::error::Result;
 use crate::fits::receivers::OutlinePoints;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Read, Source, buffer};
+use crate::gpu::frame::{Frame, Read, Source};
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 use glam::DVec2;
 
@@ -47,46 +47,32 @@ pub fn outline(
     // Rows that an invocation reduces before its workgroup does.
     let rows_per_invocation = frame.gpu.work_per_invocation(8, 16);
     let step = width.max(height).div_ceil(MAX_SAMPLES);
-    let (entry_point, columns, rows) = match points {
-        OutlinePoints::Extremes => (
-            "extremes",
-            width.div_ceil(GROUP),
-            height.div_ceil(rows_per_invocation),
-        ),
-        OutlinePoints::Samples => ("samples", width.div_ceil(step), height.div_ceil(step)),
-    };
-    let (count, groups, mut constants) = match points {
-        OutlinePoints::Extremes => (
-            columns * rows * POINTS,
-            columns,
-            vec![("rows_per_invocation", f64::from(rows_per_invocation))],
-        ),
-        OutlinePoints::Samples => (columns * rows, columns.div_ceil(64), vec![]),
+    let (gpu, rays) = (frame.gpu.clone(), seen.uniform(projection));
+    let kernel = Kernel::new("outline")
+        .projection(&gpu, 2, projection, seen.scene.origin)
+        .receivers(&gpu, seen, &rays);
+    let (kernel, [columns, rows], count) = match points {
+        OutlinePoints::Extremes => {
+            let groups = [width.div_ceil(GROUP), height.div_ceil(rows_per_invocation)];
+            let kernel = kernel.constant("rows_per_invocation", rows_per_invocation);
+            (
+                kernel.entry("extremes"),
+                groups,
+                groups[0] * groups[1] * POINTS,
+            )
+        }
+        OutlinePoints::Samples => {
+            let [columns, rows] = [width, height].map(|side| side.div_ceil(step));
+            let kernel = kernel.uniform(&gpu, 0, &OutlineUniform { columns, step });
+            (
+                kernel.entry("samples"),
+                [columns.div_ceil(64), rows],
+                columns * rows,
+            )
+        }
     };
     let found = frame.storage(LABEL, 8 * u64::from(count))?;
-    let uniform = OutlineUniform { columns, step };
-    let uniform = frame.uniform(LABEL, &uniform);
-    let receivers = seen.uniform(projection);
-    let receivers = frame.uniform("receivers", &receivers);
-    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
-    constants.extend(seen.constants());
-    let shader = Shader {
-        projection: projection.shader(),
-        ..Shader::new("outline")
-    };
-    let pipeline = frame.gpu.clone().pipeline(shader, entry_point, &constants);
-    let mut bindings = seen.bindings(&receivers).to_vec();
-    bindings.extend([(1, buffer(&found)), (2, buffer(&projected))]);
-    if points == OutlinePoints::Samples {
-        bindings.push((0, buffer(&uniform)));
-    }
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: Groups::Grid(groups, rows),
-        }],
-    );
+    let dispatch = kernel.bind(1, &found).dispatch(Groups::Grid(columns, rows));
+    frame.pass(LABEL, &[dispatch]);
     frame.read(Source::Taken(found), count as usize)
 }

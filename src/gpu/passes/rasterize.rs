@@ -1,17 +1,17 @@
 //! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`; through a
 //! warp of many functions, `shaders/rasterize_bands.wgsl`.
 
-use super::facts::{Fact, Facts};
 use super::tessellate::{self, tessellate};
-use super::warp_map::{self, WarpMap};
+use super::warp_map::WarpMap;
 use super::work_items::{self, Counters, PendingWork, Stages};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Frame, buffer, table};
+use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::{Shader, flag};
 use crate::projection::{Projection, ProjectionUniform};
 
 /// What a texel keeps of the nearest triangle.
@@ -85,6 +85,30 @@ pub struct RasterJob<'a> {
     pub receiver_tiles: Option<&'a wgpu::Buffer>,
 }
 
+impl<'a> RasterJob<'a> {
+    /// An exact map of depths and triangles, not warped.
+    pub fn plain(projection: &'a Projection) -> Self {
+        Self {
+            projection,
+            warp: None,
+            target: Target::DepthTriangle,
+            rasterization: Rasterization::Exact,
+            receiver_tiles: None,
+        }
+    }
+}
+
+impl Kernel {
+    /// Fills the slot that reads the texels of a map.
+    pub fn stored(mut self, target: Target) -> Self {
+        self.shader.stored = match target {
+            Target::Depth => "stored/depth",
+            Target::DepthTriangle => "stored/depth_triangle",
+        };
+        self
+    }
+}
+
 /// A map's parts and who draws them.
 struct Drawing<'a> {
     job: RasterJob<'a>,
@@ -108,45 +132,42 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    fn shader(&self) -> Shader {
-        let (projection, caster) = match self.pieces {
-            None => (self.job.projection.shader(), "caster/scene"),
-            Some(_) => ("projection/parallel", "caster/pieces"),
+    /// The shader with its constants, and the casters and the warp that its entry points read.
+    fn kernel(&self, frame: &Frame, scene: &SceneTables) -> Kernel {
+        let file = match self.has_bands {
+            true => "rasterize_bands",
+            false => "rasterize",
         };
-        Shader {
-            projection,
-            caster,
-            warp: warp_map::shader(self.job.warp),
-            target: match self.job.target {
-                Target::Depth => "target/depth",
-                Target::DepthTriangle => "target/depth_triangle",
-            },
-            ..Shader::new(match self.has_bands {
-                true => "rasterize_bands",
-                false => "rasterize",
-            })
+        let (projection, origin) = (self.job.projection, scene.origin);
+        let mut kernel = Kernel::new(file)
+            .uniform(
+                &frame.gpu,
+                0,
+                &self.uniform(projection.uniform(origin), scene),
+            )
+            .constant("culls_by_depth", frame.culls)
+            .constant("has_receiver_tiles", self.job.receiver_tiles.is_some())
+            .warp(self.job.warp);
+        kernel.shader.target = match self.job.target {
+            Target::Depth => "target/depth",
+            Target::DepthTriangle => "target/depth_triangle",
+        };
+        match &self.pieces {
+            None => {
+                kernel.shader.projection = projection.shader();
+                let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
+                kernel
+                    .constant("culls_hidden", culls_hidden)
+                    .triangles(scene)
+            }
+            Some(pieces) => {
+                kernel.shader.caster = "caster/pieces";
+                kernel.constant("culls_hidden", false).bind(1, pieces)
+            }
         }
     }
 
-    fn constants(&self, frame: &Frame, scene: &SceneTables) -> Vec<(&'static str, f64)> {
-        let is_exact = self.pieces.is_none();
-        let culls_hidden = frame.culls && is_exact && self.bands <= MAX_HIDING_BANDS;
-        let mut constants = vec![
-            ("culls_by_depth", flag(frame.culls)),
-            ("culls_hidden", flag(culls_hidden)),
-            (
-                "has_receiver_tiles",
-                flag(self.job.receiver_tiles.is_some()),
-            ),
-        ];
-        constants.extend(warp_map::constants(self.job.warp));
-        if is_exact {
-            constants.push(("has_low_parts", flag(scene.has_low_parts)));
-        }
-        constants
-    }
-
-    fn uniform(&self, scene: &SceneTables) -> RasterizationUniform {
+    fn uniform(&self, uniform: ProjectionUniform, scene: &SceneTables) -> RasterizationUniform {
         let projection = self.job.projection;
         let tile_bits = tile_bits(projection.width, projection.height);
         // A band that there is not stands for a whole triangle.
@@ -160,7 +181,7 @@ impl<'a> Drawing<'a> {
         // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
         let coarse_side = projection.width.max(projection.height).div_ceil(64);
         RasterizationUniform {
-            projection: projection.uniform(scene.origin),
+            projection: uniform,
             triangle_count: scene.triangle_count,
             coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
             tile_bits,
@@ -213,41 +234,28 @@ pub fn rasterize(
         )?),
     };
     let drawing = Drawing::new(job, pieces);
-    let uniform = frame.uniform("job", &drawing.uniform(scene));
     let [columns, rows] = tiles_of_map(projection).map(u64::from);
     let depths_of_tiles = frame.storage("depths of tiles", 4 * columns * rows)?;
     frame.clear(&depths_of_tiles);
     let unused = frame.storage("unused tiles", 4)?;
 
-    let mut bin = vec![(0, buffer(&uniform))];
-    let mut split = Vec::new();
-    let pieces = drawing.pieces.as_ref().map(|pieces| (1, buffer(pieces)));
-    match &pieces {
-        None => {
-            bin.extend(scene.bindings());
-            split.push((10, table(&scene.unit_normals)));
-        }
-        Some(pieces) => bin.push(pieces.clone()),
-    }
-    let warp = drawing.job.warp;
-    bin.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    split.extend(bin.iter().cloned());
-    let hidden = (13, buffer(&depths_of_tiles));
-    let mut walk = split.clone();
-    walk.extend([(5, buffer(&texels)), hidden.clone()]);
-    let tiles = (9, buffer(job.receiver_tiles.unwrap_or(&unused)));
-    bin.push(tiles.clone());
-    split.extend([tiles, hidden]);
+    let bin = drawing.kernel(frame, scene);
+    let prepare_bin = drawing.pieces.as_ref();
+    let prepare_bin = prepare_bin.map(|pieces| bin.bare().bind(1, pieces));
+    let drawn = match drawing.pieces {
+        None => bin.clone().bind(10, &scene.unit_normals),
+        Some(_) => bin.clone(),
+    };
+    let drawn = drawn.bind(13, &depths_of_tiles);
+    let tiles = job.receiver_tiles.unwrap_or(&unused);
     let stages = Stages {
-        shader: drawing.shader(),
-        constants: &drawing.constants(frame, scene),
         triangles: u64::from(scene.triangle_count),
         per_invocation: drawing.per_invocation(&frame.gpu),
         counters,
-        prepare_bin: pieces.map(|pieces| vec![pieces]),
-        bin,
-        split,
-        walk,
+        prepare_bin,
+        bin: bin.bind(9, tiles),
+        split: drawn.clone().bind(9, tiles),
+        walk: drawn.bind(5, &texels),
     };
     let counters = work_items::record(frame, label, scene, stages)?;
     let work = PendingWork {

@@ -1,18 +1,15 @@
 //! Pass "ray queries": the shadow of every pixel by a ray query of the device, `shaders/ray_queries.wgsl`.
 
-use super::facts::{Facts, PendingFacts};
 use super::inputs::Receivers;
 use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
 use crate::error::Result;
 use crate::gpu::acceleration::AccelerationStructure;
 use crate::gpu::device::Gpu;
+use crate::gpu::facts::Facts;
 use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::Shader;
 
 pub const LABEL: &str = "ray queries";
-
-const SHADER: Shader = Shader::new("ray_queries");
 
 fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
     let too_much = format!(
@@ -27,15 +24,15 @@ pub fn ray_queries(
     frame: &mut Frame,
     seen: Receivers,
     structure: &AccelerationStructure,
-) -> Result<(PooledBuffer, PendingFacts)> {
+) -> Result<PooledBuffer> {
     let search = Search {
         label: LABEL,
-        shader: SHADER,
+        file: "ray_queries",
         centre: structure.centre,
         half_size: structure.half_size,
         box_margin: structure.margin,
         node_count: 0,
-        structure: structure.binding(),
+        structure: structure.boxes(),
         triangles: structure.triangles(),
         describe,
     };

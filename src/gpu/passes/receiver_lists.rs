@@ -1,14 +1,14 @@
 //! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
 
-use super::facts::{Fact, Facts, PendingFacts};
 use super::inputs::Receivers;
 use super::light_grid::{LightGrid, TILE};
-use super::warp_map::{self, WarpMap};
+use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, Source, buffer, joined};
+use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::shaders::{Shader, flag};
 
 pub const LABEL: &str = "receiver lists";
 
@@ -66,13 +66,6 @@ fn new_lists(frame: &Frame, grid: &LightGrid, pixels: u64) -> Result<ReceiverLis
     })
 }
 
-fn shader(warp: Option<&WarpMap>) -> Shader {
-    Shader {
-        warp: warp_map::shader(warp),
-        ..Shader::new("receiver_lists")
-    }
-}
-
 /// Lists the receivers of the grid's rows that the shadow map does not settle, in an image that was begun.
 /// Tiles are of all rows.
 pub fn receiver_lists(
@@ -82,11 +75,8 @@ pub fn receiver_lists(
     warp: Option<&WarpMap>,
     shadow_map: &wgpu::Buffer,
     visibility: &wgpu::Buffer,
-) -> Result<(ReceiverLists, PendingFacts)> {
-    let scene = seen.scene;
-    let receivers = seen.camera_uniform();
-    let receivers = frame.uniform("receivers", &receivers);
-    let grid_uniform = frame.uniform("light grid", grid);
+) -> Result<ReceiverLists> {
+    let gpu = frame.gpu.clone();
     let pixels = u64::from(seen.camera.width) * u64::from(grid.row_count);
     let segments = grid.texel_count().div_ceil(SEGMENT);
     let Scratch {
@@ -97,91 +87,43 @@ pub fn receiver_lists(
     } = scratch(frame, grid, pixels)?;
     let lists = new_lists(frame, grid, pixels)?;
 
-    let gpu = frame.gpu.clone();
     let rows = gpu.work_per_invocation(1, 32);
-    let is_local = ("is_local", flag(seen.light.position().is_some()));
-    let mut constants = vec![is_local];
-    constants.extend(seen.constants());
-    constants.extend(seen.tiles_constants(rows));
-    let scatter = gpu.pipeline(shader(None), "scatter", &constants);
-    constants.push(("settles", flag(frame.culls)));
-    constants.push(("has_low_parts", flag(scene.has_low_parts)));
-    let count = gpu.pipeline(shader(warp), "count", &constants);
-    let sum = gpu.pipeline(shader(None), "sum", &[]);
-    let scan = gpu.pipeline(shader(None), "scan", &[]);
-    let place = gpu.pipeline(shader(None), "place", &[]);
-    let measure = gpu.pipeline(shader(None), "measure", &[is_local]);
+    let kernel = Kernel::new("receiver_lists").uniform(&gpu, 0, grid);
+    let of_light = kernel.clone();
+    let of_light = of_light.constant("is_local", seen.light.position().is_some());
+    let of_image = of_light.clone();
+    let of_image = of_image.receivers(&gpu, seen, &seen.camera_uniform());
+    let of_image = of_image.tiles(seen, rows).bind(4, &places);
+    let summing = |entry_point| kernel.clone().entry(entry_point).bind(7, &sums);
 
-    let grid_binding = (0, buffer(&grid_uniform));
-    let starts = (14, buffer(&lists.starts));
-    let lengths = (13, buffer(&counts));
-    let places = (4, buffer(&places));
-    let listed = (5, buffer(&lists.listed));
-    let sums = (7, buffer(&sums));
-    let counted_facts = (9, buffer(&counters));
-    let image = || seen.groups_of_rows(grid.row_count, rows);
-    let mut receivers = seen.bindings(&receivers).to_vec();
-    receivers.push(seen.tiles_binding());
-    let mut count_bindings = receivers.clone();
-    count_bindings.extend([
-        grid_binding.clone(),
-        (16, buffer(visibility)),
-        (15, buffer(&counts)),
-        (17, buffer(shadow_map)),
-        places.clone(),
-    ]);
-    count_bindings.extend(scene.bindings());
-    count_bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    let mut scatter_bindings = receivers;
-    scatter_bindings.extend([
-        grid_binding.clone(),
-        starts.clone(),
-        places,
-        listed.clone(),
-        (6, buffer(&lists.details)),
-    ]);
-    let segment_groups = || Groups::Grid(segments.div_ceil(64) as u32, 1);
-    let shared = [grid_binding];
-    frame.pass(
-        LABEL,
-        &[
-            Dispatch {
-                pipeline: &count,
-                bindings: count_bindings,
-                groups: image(),
-            },
-            Dispatch {
-                pipeline: &sum,
-                bindings: joined(&shared, &[&lengths, &sums, &counted_facts]),
-                groups: segment_groups(),
-            },
-            Dispatch {
-                pipeline: &scan,
-                bindings: joined(&shared, &[&starts, &sums, &counted_facts]),
-                groups: Groups::Linear(1),
-            },
-            Dispatch {
-                pipeline: &place,
-                bindings: joined(&shared, &[&starts, &lengths, &sums]),
-                groups: segment_groups(),
-            },
-            Dispatch {
-                pipeline: &scatter,
-                bindings: scatter_bindings,
-                groups: image(),
-            },
-            Dispatch {
-                pipeline: &measure,
-                bindings: joined(&shared, &[&starts, &listed, &(8, buffer(&lists.tiles))]),
-                groups: Groups::Grid(grid.tiles.div_ceil(MEASURED_TILES), grid.tiles),
-            },
-        ],
-    );
+    let count = of_image.clone().entry("count");
+    let count = count
+        .triangles(seen.scene)
+        .warp(warp)
+        .bind(15, &counts)
+        .bind(16, visibility)
+        .bind(17, shadow_map)
+        .constant("settles", frame.culls);
+    let sum = summing("sum").bind(13, &counts).bind(9, &counters);
+    let scan = summing("scan").bind(14, &lists.starts).bind(9, &counters);
+    let place = summing("place").bind(14, &lists.starts).bind(13, &counts);
+    let listing = |kernel: Kernel| kernel.bind(14, &lists.starts).bind(5, &lists.listed);
+    let scatter = listing(of_image.entry("scatter")).bind(6, &lists.details);
+    let measure = listing(of_light.entry("measure")).bind(8, &lists.tiles);
+
+    let image = seen.groups_of_rows(grid.row_count, rows);
+    let by_segment = Groups::Grid(segments.div_ceil(64) as u32, 1);
+    let by_tile = Groups::Grid(grid.tiles.div_ceil(MEASURED_TILES), grid.tiles);
+    let dispatches = [
+        count.dispatch(image.clone()),
+        sum.dispatch(by_segment.clone()),
+        scan.dispatch(Groups::ONE),
+        place.dispatch(by_segment),
+        scatter.dispatch(image),
+        measure.dispatch(by_tile),
+    ];
+    frame.pass(LABEL, &dispatches);
     debug_assert_eq!(TILE, 16, "a row of a tile an invocation of `measure`");
-    let facts = PendingFacts {
-        label: LABEL,
-        counters: frame.read(Source::Taken(counters), 2)?,
-        describe,
-    };
-    Ok((lists, facts))
+    frame.count(LABEL, counters, 2, describe)?;
+    Ok(lists)
 }

@@ -2,12 +2,12 @@
 
 use super::inputs::Receivers;
 use super::rasterize::{TILE_SHIFT, tiles_of_map};
-use super::warp_map::{self, WarpMap};
+use super::warp_map::WarpMap;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "receiver tiles";
@@ -40,34 +40,14 @@ pub fn receiver_tiles(
         columns,
         reach: f32::from(reach) + SLACK,
     };
-    let uniform = frame.uniform(LABEL, &uniform);
-    let receivers = frame.uniform("receivers", &seen.uniform(projection));
-    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
-    let shader = Shader {
-        projection: projection.shader(),
-        warp: warp_map::shader(warp),
-        ..Shader::new("receiver_tiles")
-    };
     let rows_per_invocation = frame.gpu.work_per_invocation(1, 32);
-    let mut constants = seen.constants().to_vec();
-    constants.extend(seen.tiles_constants(rows_per_invocation));
-    constants.extend(warp_map::constants(warp));
-    let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
-    let mut bindings = seen.bindings(&receivers).to_vec();
-    bindings.extend([
-        seen.tiles_binding(),
-        (0, buffer(&projected)),
-        (1, buffer(&uniform)),
-        (2, buffer(&tiles)),
-    ]);
-    bindings.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: seen.groups(rows_per_invocation),
-        }],
-    );
+    let kernel = Kernel::new("receiver_tiles")
+        .projection(&frame.gpu, 0, projection, seen.scene.origin)
+        .uniform(&frame.gpu, 1, &uniform)
+        .bind(2, &tiles)
+        .receivers(&frame.gpu, seen, &seen.uniform(projection))
+        .tiles(seen, rows_per_invocation)
+        .warp(warp);
+    frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows_per_invocation))]);
     Ok(tiles)
 }

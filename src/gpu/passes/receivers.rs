@@ -3,9 +3,9 @@
 
 use super::inputs::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Read, Source, buffer};
+use crate::gpu::frame::{Frame, Read, Source};
+use crate::gpu::kernel::Kernel;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 use glam::{DVec3, Vec3};
 
@@ -46,33 +46,16 @@ pub fn receivers(
     seen: Receivers,
     projection: &Projection,
 ) -> Result<Read<Bounds>> {
-    let uniform = seen.uniform(projection);
-    let uniform = frame.uniform("receivers", &uniform);
-    let projected = frame.uniform("projection", &projection.uniform(seen.scene.origin));
     let bounds = frame.storage("receiver bounds", size_of::<Bounds>() as u64)?;
     frame.clear(&bounds);
     // Rows that an invocation reduces before its workgroup does.
     let rows = frame.gpu.work_per_invocation(16, 32);
-    let constants = [&seen.constants()[..], &seen.tiles_constants(rows)].concat();
-    let shader = Shader {
-        projection: projection.shader(),
-        ..Shader::new("receivers")
-    };
-    let pipeline = frame.gpu.clone().pipeline(shader, "main", &constants);
-    let mut bindings = seen.bindings(&uniform).to_vec();
-    bindings.extend([
-        seen.tiles_binding(),
-        (0, buffer(&projected)),
-        (1, buffer(&bounds)),
-    ]);
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings,
-            groups: seen.groups(rows),
-        }],
-    );
+    let kernel = Kernel::new("receivers")
+        .projection(&frame.gpu, 0, projection, seen.scene.origin)
+        .bind(1, &bounds)
+        .receivers(&frame.gpu, seen, &seen.uniform(projection))
+        .tiles(seen, rows);
+    frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
     frame.read(Source::Taken(bounds), 1)
 }
 

@@ -2,10 +2,10 @@
 
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 
 pub const LABEL: &str = "samples";
 
@@ -34,24 +34,13 @@ pub fn samples(
         first: first(camera, stride),
         padding: 0,
     };
-    let uniform = frame.uniform(LABEL, &uniform);
     let samples = frame.storage(LABEL, 8 * coarse.pixel_count() as u64)?;
-    let pipeline = frame
-        .gpu
-        .clone()
-        .pipeline(Shader::new("samples"), "main", &[]);
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings: vec![
-                (0, buffer(&uniform)),
-                (1, buffer(visibility_buffer)),
-                (2, buffer(&samples)),
-            ],
-            groups: Groups::Grid(coarse.width.div_ceil(64), coarse.height),
-        }],
-    );
+    let kernel = Kernel::new("samples")
+        .uniform(&frame.gpu, 0, &uniform)
+        .bind(1, visibility_buffer)
+        .bind(2, &samples);
+    let groups = Groups::Grid(coarse.width.div_ceil(64), coarse.height);
+    frame.pass(LABEL, &[kernel.dispatch(groups)]);
     Ok((coarse, samples))
 }
 

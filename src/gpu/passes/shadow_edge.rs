@@ -1,11 +1,12 @@
 //! Pass "shadow edge": depth discontinuities of a light's depth image.
 
-use super::inputs::Inputs;
+use super::rasterize::Target;
 use crate::error::Result;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "shadow edge";
@@ -31,7 +32,7 @@ pub enum EdgeBias {
 /// neighbour's by more than the bias, else `floor`.
 pub fn shadow_edge(
     frame: &mut Frame,
-    inputs: Inputs,
+    scene: &SceneTables,
     projection: &Projection,
     texels: &wgpu::Buffer,
     bias: EdgeBias,
@@ -47,26 +48,13 @@ pub fn shadow_edge(
         beam_bias: beam as f32,
         floor: floor as f32,
     };
-    let uniform = frame.uniform(LABEL, &uniform);
-    let projected = frame.uniform("projection", &projection.uniform(inputs.scene.origin));
-    let shader = Shader {
-        projection: projection.shader(),
-        stored: "stored/depth_triangle",
-        ..Shader::new("shadow_edge")
-    };
-    let pipeline = frame.gpu.clone().pipeline(shader, "main", &[]);
-    frame.pass(
-        LABEL,
-        &[Dispatch {
-            pipeline: &pipeline,
-            bindings: vec![
-                (0, buffer(&projected)),
-                (1, buffer(&uniform)),
-                (2, buffer(&edges)),
-                (5, buffer(texels)),
-            ],
-            groups: Groups::Grid(projection.width.div_ceil(64), projection.height),
-        }],
-    );
+    let kernel = Kernel::new("shadow_edge")
+        .projection(&frame.gpu, 0, projection, scene.origin)
+        .uniform(&frame.gpu, 1, &uniform)
+        .bind(2, &edges)
+        .stored(Target::DepthTriangle)
+        .bind(5, texels);
+    let groups = Groups::Grid(projection.width.div_ceil(64), projection.height);
+    frame.pass(LABEL, &[kernel.dispatch(groups)]);
     Ok(edges)
 }

@@ -1,14 +1,14 @@
 //! Pass "shadow map": casters to nearest depth per texel, seen from the light.
 
-use super::inputs::Inputs;
 use super::rasterize::{RasterJob, Rasterized, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;
+use crate::gpu::scene_tables::SceneTables;
 
 pub const LABEL: &str = "shadow map";
 
-pub fn shadow_map(frame: &mut Frame, inputs: Inputs, drawn: RasterJob) -> Result<Rasterized> {
-    rasterize(frame, LABEL, inputs.scene, drawn)
+pub fn shadow_map(frame: &mut Frame, scene: &SceneTables, job: RasterJob) -> Result<Rasterized> {
+    rasterize(frame, LABEL, scene, job)
 }
 
 /// Depth in [0, 1] of a texel, 1 where it is empty.

@@ -1,23 +1,20 @@
 //! Pass "shadow rays": the shadow of every pixel by a ray through a hierarchy that compute walks,
 //! `shaders/shadow_rays.wgsl`.
 
-use super::facts::{Facts, PendingFacts};
 use super::inputs::Receivers;
 use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
 use crate::bvh::WALK_MARGIN;
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Frame, table};
+use crate::gpu::facts::Facts;
+use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::HierarchyTables;
-use crate::gpu::shaders::Shader;
 
 pub const LABEL: &str = "shadow rays";
 
 /// The hierarchy's build, where it is not there yet.
 pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
-
-const SHADER: Shader = Shader::new("shadow_rays");
 
 fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
     let too_much = format!(
@@ -32,18 +29,18 @@ pub fn shadow_rays(
     frame: &mut Frame,
     seen: Receivers,
     hierarchy: &HierarchyTables,
-) -> Result<(PooledBuffer, PendingFacts)> {
+) -> Result<PooledBuffer> {
     let eye_in_boxes = (seen.camera.eye - hierarchy.centre) / hierarchy.half_size;
     // The walk's own roundings, and those of a point relative to the eye.
     let distance = eye_in_boxes.length() + 2.0;
     let search = Search {
         label: LABEL,
-        shader: SHADER,
+        file: "shadow_rays",
         centre: hierarchy.centre,
         half_size: hierarchy.half_size,
         box_margin: (distance * f64::from(WALK_MARGIN)) as f32,
         node_count: hierarchy.node_count,
-        structure: table(&hierarchy.nodes),
+        structure: (&hierarchy.nodes).into(),
         triangles: &hierarchy.leaf_triangles,
         describe,
     };

@@ -1,17 +1,16 @@
 //! Pass "shadow volumes": the shadow of every pixel by counting faces of shadow volumes on the
 //! rasterization hardware, `shaders/shadow_volumes.wgsl`.
 
-use super::facts::{Fact, Facts, PendingFacts};
 use super::inputs::Receivers;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Draw, Frame, Groups, Source, Vertices, buffer, table};
+use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::frame::{Describe, Frame};
+use crate::gpu::kernel::{Groups, Kernel, Vertices};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::EdgeTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::{Shader, flag};
-use crate::projection::Projection;
 use crate::rounding::double_single;
 use glam::DVec3;
 
@@ -19,8 +18,6 @@ pub const LABEL: &str = "shadow volumes";
 
 /// The search for the scene's edges, where they are not known yet.
 pub const EDGES_LABEL: &str = "edges (CPU)";
-
-const SHADER: Shader = Shader::new("shadow_volumes");
 
 /// Invocations of a workgroup, as in the shader.
 const GROUP: u64 = 64;
@@ -86,9 +83,12 @@ impl ShadowVolumesUniform {
 }
 
 /// What the dispatches and draws of a frame share, on the device.
-struct Volumes {
-    uniform: wgpu::Buffer,
-    receivers: wgpu::Buffer,
+struct Volumes<'a> {
+    seen: Receivers<'a>,
+    edges: &'a EdgeTables,
+    kernel: Kernel,
+    /// The same for entry points that read the scene relative to the eye and the light.
+    of_scene: Kernel,
     /// The pixels that face the light, and by how many volumes each is counted to be shaded.
     points: PooledBuffer,
     counts: PooledBuffer,
@@ -97,142 +97,98 @@ struct Volumes {
     silhouettes: PooledBuffer,
     /// Of the draw of the silhouettes' sides.
     arguments: PooledBuffer,
-    constants: Vec<(&'static str, f64)>,
 }
 
-impl Volumes {
-    fn new(frame: &mut Frame, seen: Receivers, edges: &EdgeTables) -> Result<Self> {
+impl<'a> Volumes<'a> {
+    fn new(frame: &mut Frame, seen: Receivers<'a>, edges: &'a EdgeTables) -> Result<Self> {
         let (scene, pixels) = (seen.scene, seen.camera.pixel_count() as u64);
-        let receivers = seen.uniform(&Projection::from_camera(seen.camera));
-        let vertices_per_side = vertices_per_side(seen);
-        let mut constants = vec![
-            ("has_low_parts", flag(scene.has_low_parts)),
-            ("vertices_per_side", f64::from(vertices_per_side)),
-        ];
-        constants.extend(seen.constants());
+        let uniform = ShadowVolumesUniform::new(seen, edges);
+        let kernel = Kernel::new("shadow_volumes");
+        let kernel = kernel.constant("vertices_per_side", vertices_per_side(seen));
+        let of_scene = kernel.clone().uniform(&frame.gpu, 0, &uniform);
+        let of_scene = of_scene.uniform(&frame.gpu, 20, &seen.camera_uniform());
         let silhouettes = SILHOUETTE_BYTES * u64::from(edges.edge_count.max(1));
         let volumes = Self {
-            uniform: frame.uniform(LABEL, &ShadowVolumesUniform::new(seen, edges)),
-            receivers: frame.uniform("receivers", &receivers),
+            seen,
+            edges,
+            kernel,
+            of_scene,
             points: frame.storage("points", 8 * pixels)?,
             counts: frame.storage("counts", 4 * pixels)?,
             sides: frame.storage("sides", 4 * u64::from(scene.triangle_count))?,
             silhouettes: frame.storage("silhouettes", silhouettes)?,
             arguments: frame.storage("draw arguments", 16)?,
-            constants,
         };
         frame.clear(&volumes.counts);
         Ok(volumes)
     }
 
     /// Finds the pixels that ask, the sides of triangles that the light is on, and the silhouettes.
-    fn find(&self, frame: &mut Frame, seen: Receivers, edges: &EdgeTables) {
-        let scene = seen.scene;
-        let gpu = frame.gpu.clone();
-        let compute = |entry_point| gpu.pipeline(SHADER, entry_point, &self.constants);
-        let groups_of = |count: u32| Groups::Linear(u64::from(count).div_ceil(GROUP));
-        let drawn = (13, buffer(&self.arguments));
-        let mut bindings_of_sides = scene.bindings().to_vec();
-        bindings_of_sides.extend([
-            (0, buffer(&self.uniform)),
-            (20, buffer(&self.receivers)),
-            (10, table(&scene.unit_normals)),
-            (6, buffer(&self.sides)),
-        ]);
-        frame.pass(
-            LABEL,
-            &[
-                Dispatch {
-                    pipeline: &compute("begin"),
-                    bindings: vec![drawn.clone()],
-                    groups: Groups::Linear(1),
-                },
-                Dispatch {
-                    pipeline: &compute("find_points"),
-                    bindings: [
-                        &seen.bindings(&self.receivers)[..],
-                        &[(14, buffer(&self.points))],
-                    ]
-                    .concat(),
-                    groups: image(seen),
-                },
-                Dispatch {
-                    pipeline: &compute("find_sides"),
-                    bindings: bindings_of_sides,
-                    groups: groups_of(scene.triangle_count),
-                },
-                Dispatch {
-                    pipeline: &compute("find_silhouettes"),
-                    bindings: vec![
-                        (0, buffer(&self.uniform)),
-                        (4, table(&edges.edges)),
-                        (5, table(&edges.uses)),
-                        (7, buffer(&self.sides)),
-                        (8, buffer(&self.silhouettes)),
-                        drawn,
-                    ],
-                    groups: groups_of(edges.edge_count),
-                },
-            ],
-        );
+    fn find(&self, frame: &mut Frame) {
+        let (seen, scene) = (self.seen, self.seen.scene);
+        let of_entry = |entry_point| self.kernel.clone().entry(entry_point);
+        let by_item = |count: u32| Groups::Linear(u64::from(count).div_ceil(GROUP));
+        let begin = of_entry("begin").bind(13, &self.arguments);
+        let find_points = of_entry("find_points")
+            .receivers(&frame.gpu, seen, &seen.camera_uniform())
+            .bind(14, &self.points);
+        let find_sides = self.of_scene.clone().entry("find_sides");
+        let find_sides = find_sides
+            .triangles(scene)
+            .bind(10, &scene.unit_normals)
+            .bind(6, &self.sides);
+        let uniform = ShadowVolumesUniform::new(seen, self.edges);
+        let find_silhouettes = of_entry("find_silhouettes")
+            .uniform(&frame.gpu, 0, &uniform)
+            .bind(4, &self.edges.edges)
+            .bind(5, &self.edges.uses)
+            .bind(7, &self.sides)
+            .bind(8, &self.silhouettes)
+            .bind(13, &self.arguments);
+        let dispatches = [
+            begin.dispatch(Groups::ONE),
+            find_points.dispatch(image(seen)),
+            find_sides.dispatch(by_item(scene.triangle_count)),
+            find_silhouettes.dispatch(by_item(self.edges.edge_count)),
+        ];
+        frame.pass(LABEL, &dispatches);
     }
 
     /// Draws the faces of the volumes and counts those beyond each point.
-    fn count(&self, frame: &mut Frame, seen: Receivers, edges: &EdgeTables) {
-        let gpu = frame.gpu.clone();
-        let pipeline =
-            |vertex, fragment| gpu.render_pipeline(SHADER, [vertex, fragment], &self.constants);
-        let light_cap = pipeline("light_cap", "count_light_cap");
-        let dark_cap = pipeline("dark_cap", "count_dark_cap");
-        let side = pipeline("side", "count_side");
-        let shared = [
-            (0, buffer(&self.uniform)),
-            (20, buffer(&self.receivers)),
-            (15, buffer(&self.points)),
-            (16, buffer(&self.counts)),
-        ];
-        let corners = seen.scene.bindings();
-        let cap = |pipeline| Draw {
-            pipeline,
-            bindings: [&shared[..], &corners, &[(7, buffer(&self.sides))]].concat(),
-            vertices: Vertices::Number(3 * seen.scene.triangle_count),
-        };
+    fn count(&self, frame: &mut Frame) {
+        let seen = self.seen;
+        let kernel = self.of_scene.clone();
+        let kernel = kernel.bind(15, &self.points).bind(16, &self.counts);
+        let caps = kernel.clone().triangles(seen.scene).bind(7, &self.sides);
+        let corners = || Vertices::Number(3 * seen.scene.triangle_count);
         // Edges name their vertices.
-        let of_edges = [(4, table(&edges.edges)), (9, buffer(&self.silhouettes))];
-        let sides = Draw {
-            pipeline: &side,
-            bindings: [&shared[..], &corners[1..], &of_edges].concat(),
-            vertices: Vertices::Indirect(&self.arguments),
-        };
-        let mut draws = vec![cap(&light_cap), sides];
+        let sides = kernel
+            .vertices(seen.scene)
+            .bind(4, &self.edges.edges)
+            .bind(9, &self.silhouettes);
+        let arguments = Vertices::Indirect((*self.arguments).clone());
+        let mut draws = vec![
+            caps.clone().draw("light_cap", "count_light_cap", corners()),
+            sides.draw("side", "count_side", arguments),
+        ];
         if seen.light.position().is_some() {
-            draws.push(cap(&dark_cap));
+            draws.push(caps.draw("dark_cap", "count_dark_cap", corners()));
         }
         frame.draw(LABEL, (seen.camera.width, seen.camera.height), &draws);
     }
 
     /// The visibility image from the counts.
-    fn answer(&self, frame: &mut Frame, seen: Receivers) -> Result<PooledBuffer> {
-        let pixels = seen.camera.pixel_count() as u64;
+    fn answer(&self, frame: &mut Frame) -> Result<PooledBuffer> {
+        let pixels = self.seen.camera.pixel_count() as u64;
         let visibility = frame.storage("visibility image", 4 * pixels)?;
-        let pipeline = frame
-            .gpu
-            .clone()
-            .pipeline(SHADER, "answer", &self.constants);
-        frame.pass(
-            LABEL,
-            &[Dispatch {
-                pipeline: &pipeline,
-                bindings: vec![
-                    (20, buffer(&self.receivers)),
-                    (21, buffer(seen.visibility_buffer)),
-                    (15, buffer(&self.points)),
-                    (16, buffer(&self.counts)),
-                    (17, buffer(&visibility)),
-                ],
-                groups: image(seen),
-            }],
-        );
+        let kernel = self.kernel.clone().entry("answer");
+        let kernel = kernel
+            .uniform(&frame.gpu, 20, &self.seen.camera_uniform())
+            .bind(21, self.seen.visibility_buffer)
+            .bind(15, &self.points)
+            .bind(16, &self.counts)
+            .bind(17, &visibility);
+        frame.pass(LABEL, &[kernel.dispatch(image(self.seen))]);
         Ok(visibility)
     }
 }
@@ -244,7 +200,7 @@ fn vertices_per_side(seen: Receivers) -> u32 {
     }
 }
 
-fn image(seen: Receivers) -> Groups<'static> {
+fn image(seen: Receivers) -> Groups {
     Groups::Grid(
         seen.camera.width.div_ceil(8),
         seen.camera.height.div_ceil(8),
@@ -268,19 +224,16 @@ pub fn shadow_volumes(
     frame: &mut Frame,
     seen: Receivers,
     edges: &EdgeTables,
-) -> Result<(PooledBuffer, PendingFacts)> {
+) -> Result<PooledBuffer> {
     check_image(&frame.gpu, seen.camera)?;
     let volumes = Volumes::new(frame, seen, edges)?;
-    volumes.find(frame, seen, edges);
-    volumes.count(frame, seen, edges);
-    let visibility = volumes.answer(frame, seen)?;
-    let facts = PendingFacts {
-        label: LABEL,
-        counters: frame.read(Source::Taken(volumes.arguments), 1)?,
-        describe: match seen.light.position() {
-            Some(_) => describe_local,
-            None => describe_parallel,
-        },
+    volumes.find(frame);
+    volumes.count(frame);
+    let visibility = volumes.answer(frame)?;
+    let describe: Describe = match seen.light.position() {
+        Some(_) => describe_local,
+        None => describe_parallel,
     };
-    Ok((visibility, facts))
+    frame.count(LABEL, volumes.arguments, 1, describe)?;
+    Ok(visibility)
 }

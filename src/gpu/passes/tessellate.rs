@@ -1,15 +1,15 @@
 //! Triangles to pieces with straight edges in the map, `shaders/tessellate.wgsl`: what comes before a
 //! linear rasterization.
 
-use super::warp_map::{self, WarpMap};
+use super::warp_map::WarpMap;
 use super::work_items::{Counters, GROUP};
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Dispatch, Frame, Groups, buffer, joined};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::{Shader, flag};
 use crate::projection::{Projection, ProjectionUniform};
 use std::sync::atomic::Ordering;
 
@@ -62,43 +62,26 @@ pub fn tessellate(
         rounding: rounding as f32,
         padding: 0,
     };
-    let job = frame.uniform("job", &job);
-
-    let shader = Shader {
-        projection: projection.shader(),
-        warp: warp_map::shader(warp),
-        ..Shader::new("tessellate")
-    };
     let gpu = frame.gpu.clone();
-    let has_low_parts = ("has_low_parts", flag(scene.has_low_parts));
-    let begin = gpu.pipeline(shader, "begin", &[has_low_parts]);
-    let prepare_refine = gpu.pipeline(shader, "prepare_refine", &[]);
-    let refine = gpu.pipeline(shader, "refine", &[]);
-
-    let counted = (4, buffer(counters));
-    let mut shared = vec![(0, buffer(&job)), counted.clone(), (5, buffer(&pieces))];
-    shared.extend(warp.map(WarpMap::bindings).unwrap_or_default());
-    let [indices, high, low] = &scene.bindings();
-    let mut dispatches = vec![Dispatch {
-        pipeline: &begin,
-        bindings: joined(&shared, &[indices, high, low, &(7, buffer(&lists[0]))]),
-        groups: Groups::Linear(u64::from(scene.triangle_count).div_ceil(GROUP)),
-    }];
+    let kernel = Kernel::new("tessellate");
+    let mut of_triangles = kernel.uniform(&gpu, 0, &job).bind(4, counters);
+    of_triangles.shader.projection = projection.shader();
+    let of_triangles = of_triangles.warp(warp);
+    let of_list = of_triangles.bare().bind(4, counters);
+    let of_triangles = of_triangles.bind(5, &pieces);
+    let begin = of_triangles.clone().entry("begin");
+    let begin = begin.triangles(scene).bind(7, &lists[0]);
+    let by_triangle = Groups::Linear(u64::from(scene.triangle_count).div_ceil(GROUP));
+    let mut dispatches = vec![begin.dispatch(by_triangle)];
     // Without a longest edge nothing is split.
     let rounds = longest_edge.map_or(0, |_| scene.room.split_rounds.load(Ordering::Relaxed));
     for round in 0..rounds as usize {
         let (from, to) = (&lists[round % 2], &lists[(round + 1) % 2]);
-        let unfinished = (6, buffer(from));
-        dispatches.push(Dispatch {
-            pipeline: &prepare_refine,
-            bindings: vec![counted.clone(), unfinished.clone(), (8, buffer(&groups))],
-            groups: Groups::Linear(1),
-        });
-        dispatches.push(Dispatch {
-            pipeline: &refine,
-            bindings: joined(&shared, &[&unfinished, &(7, buffer(to))]),
-            groups: Groups::Indirect(&groups, 0),
-        });
+        let prepare = of_list.clone().entry("prepare_refine");
+        dispatches.push(prepare.bind(6, from).bind(8, &groups).dispatch(Groups::ONE));
+        let refine = of_triangles.clone().entry("refine");
+        let by_piece = Groups::Indirect((*groups).clone(), 0);
+        dispatches.push(refine.bind(6, from).bind(7, to).dispatch(by_piece));
     }
     frame.pass(label, &dispatches);
     Ok(pieces)

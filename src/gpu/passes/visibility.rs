@@ -1,28 +1,21 @@
 //! Pass "visibility": camera to nearest depth and triangle per pixel.
 
-use super::inputs::Inputs;
-use super::rasterize::{RasterJob, Rasterization, Rasterized, Target, rasterize};
+use super::rasterize::{RasterJob, Rasterized, rasterize};
+use crate::camera::Camera;
 use crate::error::Result;
 use crate::gpu::frame::Frame;
+use crate::gpu::scene_tables::SceneTables;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "visibility";
 
-pub fn visibility(frame: &mut Frame, inputs: Inputs) -> Result<Rasterized> {
-    let camera = inputs.camera;
+pub fn visibility(frame: &mut Frame, scene: &SceneTables, camera: &Camera) -> Result<Rasterized> {
     // Nothing is beyond the scene. A near plane says little of how long lengths are, a far one does.
     let projection = Projection {
-        far: camera.zfar.min(2.0 * inputs.scene.farthest(camera.eye)),
+        far: camera.zfar.min(2.0 * scene.farthest(camera.eye)),
         ..Projection::from_camera(camera)
     };
-    let drawn = RasterJob {
-        projection: &projection,
-        warp: None,
-        target: Target::DepthTriangle,
-        rasterization: Rasterization::Exact,
-        receiver_tiles: None,
-    };
-    rasterize(frame, LABEL, inputs.scene, drawn)
+    rasterize(frame, LABEL, scene, RasterJob::plain(&projection))
 }
 
 /// Triangle of each pixel from its key in the visibility buffer, -1 where nothing is seen.

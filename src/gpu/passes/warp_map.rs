@@ -1,34 +1,18 @@
 //! Pass "warp map": importance to monotone functions, `shaders/warp_map.wgsl`.
 
 use crate::error::Result;
-use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, buffer};
+use crate::gpu::frame::Frame;
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::{Shader, flag};
 
 pub const LABEL: &str = "warp map";
-
-const SHADER: Shader = Shader::new("warp_map");
 
 /// Functions that share an envelope, as in the shaders.
 const BLOCK: u32 = 16;
 
 /// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations.
 pub const MAX_CELLS: u32 = 16384;
-
-/// The file that fills the shaders' slot `warp`.
-pub fn shader(warp: Option<&WarpMap>) -> &'static str {
-    match warp {
-        Some(_) => "warp/grid",
-        None => "warp/none",
-    }
-}
-
-/// Constants of the shaders that have that slot.
-pub fn constants(warp: Option<&WarpMap>) -> Option<(&'static str, f64)> {
-    let is_rectilinear = warp?.layout.functions == [1, 1];
-    Some(("is_rectilinear", flag(is_rectilinear)))
-}
 
 /// A warp by functions along rows and columns, see `shaders/warp/grid.wgsl`.
 pub struct WarpMap {
@@ -87,6 +71,19 @@ shader_struct! {
     }
 }
 
+impl Kernel {
+    /// Fills the slot of warps.
+    pub fn warp(mut self, warp: Option<&WarpMap>) -> Self {
+        let Some(warp) = warp else {
+            return self;
+        };
+        self.shader.warp = "warp/grid";
+        self.bind(11, &warp.uniform)
+            .bind(12, &warp.table)
+            .constant("is_rectilinear", warp.layout.functions == [1, 1])
+    }
+}
+
 impl WarpMap {
     /// Room for `functions` functions of `cells` cells along each axis of a map of `resolution`
     /// texels; what they are is undefined.
@@ -115,14 +112,9 @@ impl WarpMap {
         };
         Ok(Self {
             table,
-            uniform: frame.uniform("warp", &layout),
+            uniform: frame.gpu.uniform("warp", &layout),
             layout,
         })
-    }
-
-    /// For shaders with the slot `warp/grid`.
-    pub fn bindings(&self) -> Vec<Binding<'_>> {
-        vec![(11, buffer(&self.uniform)), (12, buffer(&self.table))]
     }
 
     fn axis(&self, axis: Axis, resolution: u32, window: u32, blur_sigma: f64) -> AxisUniform {
@@ -163,40 +155,32 @@ impl WarpMap {
             even_share: fit.even_share as f32,
             ..self.axis(axis, resolution, window, 1.0)
         };
-        let (functions, rows, cells) = (uniform.functions, uniform.rows, uniform.cells);
-        let uniform = frame.uniform("warp axis", &uniform);
+        let AxisUniform {
+            functions,
+            rows,
+            cells,
+            ..
+        } = uniform;
         let size = 8 * u64::from(rows) * u64::from(cells);
         let one = frame.storage("weights", size)?;
         let two = frame.storage("smoothed weights", size)?;
-        let gpu = frame.gpu.clone();
-        let widen = gpu.pipeline(SHADER, "widen", &[]);
-        let smooth = gpu.pipeline(SHADER, "smooth_rows", &[]);
-        let gather = gpu.pipeline(SHADER, "gather", &[]);
-        let fit = gpu.pipeline(SHADER, "functions_of_counts", &[]);
-        let adding = |pipeline, from, to, rows| Dispatch {
-            pipeline,
-            bindings: vec![(0, buffer(&uniform)), (2, buffer(from)), (3, buffer(to))],
-            groups: Groups::Grid(cells.div_ceil(64), rows),
+        let with_axis = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
+        let widen = Kernel::new("warp_map").entry("widen").bind(1, counts);
+        let by_weight = Groups::Linear((u64::from(rows) * u64::from(cells)).div_ceil(64));
+        let adding = |entry_point, from, to, rows| {
+            let kernel = with_axis.clone().entry(entry_point);
+            let by_cell = Groups::Grid(cells.div_ceil(64), rows);
+            kernel.bind(2, from).bind(3, to).dispatch(by_cell)
         };
-        let mut dispatches = vec![Dispatch {
-            pipeline: &widen,
-            bindings: vec![(1, buffer(counts)), (3, buffer(&one))],
-            groups: Groups::Linear((u64::from(rows) * u64::from(cells)).div_ceil(64)),
-        }];
+        let mut dispatches = vec![widen.bind(3, &one).dispatch(by_weight)];
         if window > 0 {
-            dispatches.push(adding(&smooth, &one, &two, 1));
-            dispatches.push(adding(&smooth, &two, &one, 1));
+            dispatches.push(adding("smooth_rows", &one, &two, 1));
+            dispatches.push(adding("smooth_rows", &two, &one, 1));
         }
-        dispatches.push(adding(&gather, &one, &two, functions));
-        dispatches.push(Dispatch {
-            pipeline: &fit,
-            bindings: vec![
-                (0, buffer(&uniform)),
-                (2, buffer(&two)),
-                (4, buffer(&self.table)),
-            ],
-            groups: Groups::Grid(functions.div_ceil(8), 1),
-        });
+        dispatches.push(adding("gather", &one, &two, functions));
+        let fit = with_axis.entry("functions_of_counts").bind(2, &two);
+        let by_function = Groups::Grid(functions.div_ceil(8), 1);
+        dispatches.push(fit.bind(4, &self.table).dispatch(by_function));
         frame.pass(LABEL, &dispatches);
         Ok(())
     }
@@ -215,71 +199,34 @@ impl WarpMap {
         // No blur is a narrow one, and none is wider than the map.
         let sigma = sigma.clamp(1e-3, f64::from(cells));
         let uniform = self.axis(axis, resolution, 0, sigma);
-        let uniform = frame.uniform("warp axis", &uniform);
         let collapsed = frame.storage("maxima", 4 * u64::from(cells))?;
         let blurred = frame.storage("blurred maxima", 4 * u64::from(cells))?;
-        let gpu = frame.gpu.clone();
-        let collapse = gpu.pipeline(SHADER, "collapse", &[]);
-        let blur = gpu.pipeline(SHADER, "blur", &[]);
-        let fit = gpu.pipeline(SHADER, "function_of_maxima", &[]);
-        frame.pass(
-            LABEL,
-            &[
-                Dispatch {
-                    pipeline: &collapse,
-                    bindings: vec![
-                        (0, buffer(&uniform)),
-                        (1, buffer(importance)),
-                        (5, buffer(&collapsed)),
-                    ],
-                    groups: Groups::Grid(cells.div_ceil(64), 1),
-                },
-                Dispatch {
-                    pipeline: &blur,
-                    bindings: vec![
-                        (0, buffer(&uniform)),
-                        (5, buffer(&collapsed)),
-                        (6, buffer(&blurred)),
-                    ],
-                    groups: Groups::Grid(cells.div_ceil(64), 1),
-                },
-                Dispatch {
-                    pipeline: &fit,
-                    bindings: vec![
-                        (0, buffer(&uniform)),
-                        (4, buffer(&self.table)),
-                        (6, buffer(&blurred)),
-                    ],
-                    groups: Groups::Linear(1),
-                },
-            ],
-        );
+        let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
+        let collapse = kernel.clone().entry("collapse").bind(1, importance);
+        let blur = kernel.clone().entry("blur").bind(6, &blurred);
+        let fit = kernel.entry("function_of_maxima").bind(6, &blurred);
+        let by_cell = Groups::Grid(cells.div_ceil(64), 1);
+        let dispatches = [
+            collapse.bind(5, &collapsed).dispatch(by_cell.clone()),
+            blur.bind(5, &collapsed).dispatch(by_cell),
+            fit.bind(4, &self.table).dispatch(Groups::ONE),
+        ];
+        frame.pass(LABEL, &dispatches);
         Ok(())
     }
 
     /// Inverses and envelopes, once the functions along both axes are there.
     pub fn finish(&self, frame: &mut Frame, resolution: u32) {
-        let gpu = frame.gpu.clone();
-        let invert = gpu.pipeline(SHADER, "invert", &[]);
-        let envelope = gpu.pipeline(SHADER, "envelope", &[]);
-        let uniforms = [Axis::X, Axis::Y].map(|axis| self.axis(axis, resolution, 0, 1.0));
-        let buffers = uniforms.map(|uniform| frame.uniform("warp axis", &uniform));
         let mut dispatches = Vec::new();
-        for (uniform, bound) in uniforms.iter().zip(&buffers) {
-            let bindings = vec![(0, buffer(bound)), (4, buffer(&self.table))];
-            dispatches.push(Dispatch {
-                pipeline: &invert,
-                bindings: bindings.clone(),
-                groups: Groups::Grid(uniform.functions.div_ceil(8), 1),
-            });
-            dispatches.push(Dispatch {
-                pipeline: &envelope,
-                bindings,
-                groups: Groups::Grid(
-                    (uniform.cells + 1).div_ceil(64),
-                    uniform.functions.div_ceil(BLOCK),
-                ),
-            });
+        for axis in [Axis::X, Axis::Y] {
+            let uniform = self.axis(axis, resolution, 0, 1.0);
+            let (functions, boundaries) = (uniform.functions, uniform.cells + 1);
+            let by_function = Groups::Grid(functions.div_ceil(8), 1);
+            let by_boundary = Groups::Grid(boundaries.div_ceil(64), functions.div_ceil(BLOCK));
+            let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
+            let kernel = kernel.bind(4, &self.table);
+            dispatches.push(kernel.clone().entry("invert").dispatch(by_function));
+            dispatches.push(kernel.entry("envelope").dispatch(by_boundary));
         }
         frame.pass(LABEL, &dispatches);
     }

@@ -1,13 +1,13 @@
 //! Lists of work between the dispatches of a pass, `shaders/lib/work_items.wgsl`.
 
-use super::facts::{Fact, Facts};
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Binding, Dispatch, Frame, Groups, Read, Source, buffer};
+use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::frame::{Frame, Read, Source};
+use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::gpu::shaders::Shader;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
@@ -142,21 +142,19 @@ pub fn had_room_in_parts(gpu: &Gpu, scene: &SceneTables, counters: &Counters) ->
     Ok(false)
 }
 
-/// Bindings of the three entry points of a shader that imports the lists, without those of the lists.
-pub struct Stages<'a> {
-    pub shader: Shader,
-    pub constants: &'a [(&'static str, f64)],
+/// The entry points of a shader that imports the lists, without the bindings of the lists.
+pub struct Stages {
     /// How many `bin` takes.
     pub triangles: u64,
     /// Triangles or items that an invocation takes one after the other.
     pub per_invocation: u32,
     /// From `counters`; what came before the pass may have counted in it.
     pub counters: PooledBuffer,
-    /// Of an entry point that finds how many casters there are, where only the device knows.
-    pub prepare_bin: Option<Vec<Binding<'a>>>,
-    pub bin: Vec<Binding<'a>>,
-    pub split: Vec<Binding<'a>>,
-    pub walk: Vec<Binding<'a>>,
+    /// Finds how many casters there are, where only the device knows.
+    pub prepare_bin: Option<Kernel>,
+    pub bin: Kernel,
+    pub split: Kernel,
+    pub walk: Kernel,
 }
 
 /// New counters, all zero.
@@ -173,71 +171,35 @@ pub fn record(
     scene: &SceneTables,
     stages: Stages,
 ) -> Result<Read<Counters>> {
-    let Stages {
-        shader,
-        constants,
-        triangles,
-        per_invocation,
-        counters,
-        prepare_bin,
-        bin,
-        split,
-        walk,
-    } = stages;
-    let gpu = frame.gpu.clone();
-    let size = capacity(&gpu, scene) * ITEM_BYTES;
+    let per_invocation = stages.per_invocation;
+    let counters = stages.counters;
+    let size = capacity(&frame.gpu, scene) * ITEM_BYTES;
     let items = frame.storage("items of work", size)?;
     let coarse_items = frame.storage("coarse items of work", size)?;
-    let new_groups = |frame: &Frame| -> Result<PooledBuffer> { frame.storage("workgroups", 12) };
-    let (split_groups, walk_groups) = (new_groups(frame)?, new_groups(frame)?);
-    let bin_groups = new_groups(frame)?;
-
-    let mut constants = constants.to_vec();
-    constants.push(("items_per_invocation", f64::from(per_invocation)));
-    let pipeline = |entry_point| gpu.pipeline(shader, entry_point, &constants);
-    let pipelines = ["bin", "prepare_split", "split", "prepare_walk", "walk"].map(pipeline);
-    let counted = (4, buffer(&counters));
-    let listed = (6, buffer(&items));
-    let coarse = (7, buffer(&coarse_items));
-    let lists = [counted.clone(), listed.clone(), coarse.clone()];
-    let bindings = [
-        [&lists[..], &bin].concat(),
-        vec![counted.clone(), coarse, (8, buffer(&split_groups))],
-        [&lists[..], &split].concat(),
-        vec![counted.clone(), listed, (8, buffer(&walk_groups))],
-        [&lists[..2], &walk].concat(),
-    ];
-    let of_bin = match &prepare_bin {
-        None => Groups::Linear(triangles.div_ceil(GROUP * u64::from(per_invocation))),
-        Some(_) => Groups::Indirect(&bin_groups, 0),
+    let of_stage = |kernel: Kernel, entry_point| {
+        let kernel = kernel.entry(entry_point).bind(4, &counters);
+        kernel.constant("items_per_invocation", per_invocation)
     };
-    let groups = [
-        of_bin,
-        Groups::Linear(1),
-        Groups::Indirect(&split_groups, 0),
-        Groups::Linear(1),
-        Groups::Indirect(&walk_groups, 0),
-    ];
-    let stages: Vec<_> = pipelines
-        .iter()
-        .zip(bindings)
-        .zip(groups)
-        .map(|((pipeline, bindings), groups)| Dispatch {
-            pipeline,
-            bindings,
-            groups,
-        })
-        .collect();
-    let mut dispatches = Vec::new();
-    let prepare = prepare_bin.map(|own| (pipeline("prepare_bin"), own));
-    if let Some((pipeline, own)) = &prepare {
-        dispatches.push(Dispatch {
-            pipeline,
-            bindings: [&[counted, (8, buffer(&bin_groups))], &own[..]].concat(),
-            groups: Groups::Linear(1),
-        });
-    }
-    dispatches.extend(stages);
+    let bare = stages.bin.bare();
+    // Each time as many workgroups as one invocation finds.
+    let groups = frame.storage("workgroups", 12)?;
+    let counted = |prepare: Kernel, stage: Kernel| {
+        let stage = stage.dispatch(Groups::Indirect((*groups).clone(), 0));
+        vec![prepare.bind(8, &groups).dispatch(Groups::ONE), stage]
+    };
+    let bin = of_stage(stages.bin, "bin");
+    let bin = bin.bind(6, &items).bind(7, &coarse_items);
+    let size = GROUP * u64::from(per_invocation);
+    let mut dispatches = match stages.prepare_bin {
+        Some(prepare) => counted(of_stage(prepare, "prepare_bin"), bin),
+        None => vec![bin.dispatch(Groups::Linear(stages.triangles.div_ceil(size)))],
+    };
+    let prepare_split = of_stage(bare.clone(), "prepare_split").bind(7, &coarse_items);
+    let split = of_stage(stages.split, "split").bind(6, &items);
+    dispatches.extend(counted(prepare_split, split.bind(7, &coarse_items)));
+    let prepare_walk = of_stage(bare, "prepare_walk").bind(6, &items);
+    let walk = of_stage(stages.walk, "walk").bind(6, &items);
+    dispatches.extend(counted(prepare_walk, walk));
     frame.pass(label, &dispatches);
     frame.read(Source::Taken(counters), 1)
 }

@@ -8,26 +8,23 @@ use crate::error::Result;
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::SampledReceivers;
+use crate::gpu::facts::FactsOfPasses;
 use crate::gpu::frame::{Frame, ReadResults, Source};
 use crate::gpu::passes::bias::BiasRule;
 use crate::gpu::passes::boundary::{self, BoundaryWeights};
 use crate::gpu::passes::image_tiles::{self, InitialImage};
 use crate::gpu::passes::importance_map::{self, Factors, Importance, ImportanceMap};
-use crate::gpu::passes::inputs::ImageTiles;
+use crate::gpu::passes::inputs::{ImageTiles, Receivers};
 use crate::gpu::passes::lookup::Comparison;
 use crate::gpu::passes::outline;
-use crate::gpu::passes::rasterize::{RasterJob, Rasterization, Target};
+use crate::gpu::passes::rasterize::{RasterJob, Rasterization};
 use crate::gpu::passes::receivers::{self, Bounds};
 use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::WarpMap;
 use crate::gpu::passes::work_items::{Counters, HadRoom, PendingWork};
-use crate::gpu::passes::{
-    FactsOfPasses, Inputs, PendingFacts, Receivers, forward_importance, samples, shadow_edge,
-    shadow_map, visibility,
-};
+use crate::gpu::passes::{forward_importance, samples, shadow_edge, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
-use crate::projection::Projection;
 use crate::region::Region;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
@@ -39,13 +36,12 @@ pub struct View<'a> {
     pub camera: &'a Camera,
     pub light: &'a Light,
     frame: Frame,
-    inputs: Inputs<'a>,
-    visibility_buffer: &'a wgpu::Buffer,
+    /// What the camera sees, wherever it is.
+    seen: Receivers<'a>,
     /// Whether texels that no receiver looks at are wanted, too.
     draws_whole_maps: bool,
     /// What the next submission counts.
     pending_work: Vec<PendingWork>,
-    pending_facts: Vec<PendingFacts>,
     counters: Vec<(HadRoom, Counters)>,
     stats: Stats,
     begun: Option<InitialImage>,
@@ -141,22 +137,18 @@ pub struct Stats {
 impl<'a> View<'a> {
     pub fn new(
         frame: Frame,
-        inputs: Inputs<'a>,
+        seen: Receivers<'a>,
         scene: &'a Scene,
-        light: &'a Light,
-        visibility_buffer: &'a wgpu::Buffer,
         draws_whole_maps: bool,
     ) -> Self {
         Self {
             scene,
-            camera: inputs.camera,
-            light,
+            camera: seen.camera,
+            light: seen.light,
             frame,
-            inputs,
-            visibility_buffer,
+            seen,
             draws_whole_maps,
             pending_work: Vec::new(),
-            pending_facts: Vec::new(),
             counters: Vec::new(),
             stats: Stats {
                 triangles: scene.triangles().len(),
@@ -171,11 +163,7 @@ impl<'a> View<'a> {
     fn begun(&mut self) -> Result<&mut InitialImage> {
         let begun = match self.begun.take() {
             Some(begun) => begun,
-            None => {
-                let region = &Region::EVERYWHERE;
-                let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
-                image_tiles::begin(&mut self.frame, seen)?
-            }
+            None => image_tiles::begin(&mut self.frame, self.seen)?,
         };
         Ok(self.begun.insert(begun))
     }
@@ -195,19 +183,24 @@ impl<'a> View<'a> {
         if !self.culls() {
             return Ok(None);
         }
+        let seen = self.seen.within(region, None);
         self.begun()?;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
-        let (begun, frame) = (&mut self.begun, &mut self.frame);
-        let begun = begun.as_mut().expect("just begun");
-        begun.tiles(frame, seen, &mut self.pending_facts)
+        let begun = self.begun.as_mut().expect("just begun");
+        begun.tiles(&mut self.frame, seen)
+    }
+
+    /// The texels of a map.
+    fn shadow_map(&mut self, job: RasterJob) -> Result<PooledBuffer> {
+        let rasterized = shadow_map::shadow_map(&mut self.frame, self.seen.scene, job)?;
+        self.pending_work.push(rasterized.work);
+        Ok(rasterized.texels)
     }
 
     fn receiver_bounds(&mut self, layers: &[Layer]) -> Result<Vec<Option<Corners>>> {
         let mut reads = Vec::new();
         for Layer { projection, region } in layers {
             let tiles = self.image_tiles(region)?;
-            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
-                .within(tiles.as_deref());
+            let seen = self.seen.within(region, tiles.as_deref());
             reads.push(receivers::receivers(&mut self.frame, seen, projection)?);
         }
         let seen = self.begun()?.seen.clone();
@@ -240,21 +233,17 @@ impl<'a> View<'a> {
     ) -> Result<ImportanceMap> {
         let Layer { projection, region } = layer;
         let tiles = self.image_tiles(region)?;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
-            .within(tiles.as_deref());
+        let seen = self.seen.within(region, tiles.as_deref());
         let frame = &mut self.frame;
         importance_map::importance_map(frame, seen, projection, cells, importance, factors, warp)
     }
 
     /// What the light sees of a layer.
     pub fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
-        let projection = &layer.projection;
-        let drawn = plain_map(projection);
-        let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
-        self.pending_work.push(rasterized.work);
+        let texels = self.shadow_map(RasterJob::plain(&layer.projection))?;
         Ok(Analysed {
             layer,
-            texels: rasterized.texels,
+            texels,
             edges: None,
         })
     }
@@ -267,8 +256,8 @@ impl<'a> View<'a> {
         floor: f64,
     ) -> Result<()> {
         let projection = &analysed.layer.projection;
-        let (frame, texels) = (&mut self.frame, &analysed.texels);
-        let edges = shadow_edge::shadow_edge(frame, self.inputs, projection, texels, bias, floor)?;
+        let (frame, scene, texels) = (&mut self.frame, self.seen.scene, &analysed.texels);
+        let edges = shadow_edge::shadow_edge(frame, scene, projection, texels, bias, floor)?;
         analysed.edges = Some(edges);
         Ok(())
     }
@@ -282,16 +271,14 @@ impl<'a> View<'a> {
     ) -> Result<ImportanceMap> {
         let Analysed { layer, texels, .. } = analysed;
         let Layer { projection, region } = layer;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let seen = self.seen.within(region, None);
         let frame = &mut self.frame;
         forward_importance::forward_importance(frame, seen, projection, texels, cells, factors)
     }
 
     /// Weights of the receivers near the boundaries of shadows.
     pub fn boundary(&mut self, visibility: &wgpu::Buffer, weight: f64) -> Result<BoundaryWeights> {
-        let region = &Region::EVERYWHERE;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
-        boundary::boundary(&mut self.frame, seen, visibility, weight)
+        boundary::boundary(&mut self.frame, self.seen, visibility, weight)
     }
 
     /// Receivers of about `resolution` pixels along the longer side of the image. Submits what was
@@ -299,7 +286,7 @@ impl<'a> View<'a> {
     pub fn sampled_image(&mut self, resolution: u32) -> Result<SampledImage> {
         let side = self.camera.width.max(self.camera.height);
         let stride = ((side + resolution / 2) / resolution).max(1);
-        let buffer = self.visibility_buffer;
+        let buffer = self.seen.visibility_buffer;
         let (camera, keys) = samples::samples(&mut self.frame, self.camera, buffer, stride)?;
         let read = self
             .frame
@@ -361,11 +348,11 @@ impl<'a> View<'a> {
         for work in self.pending_work.drain(..) {
             let parts = work.counters.iter().map(|read| Ok(results.take(read)?[0]));
             let counters = Counters::joined(&parts.collect::<Result<Vec<_>>>()?);
-            let facts = (work.describe)(self.inputs.scene, &counters);
+            let facts = (work.describe)(self.seen.scene, &counters);
             self.stats.facts.add(work.label, facts);
             self.counters.push((work.had_room, counters));
         }
-        for pending in self.pending_facts.drain(..) {
+        for pending in std::mem::take(&mut self.frame.facts) {
             let counters = results.take(&pending.counters)?;
             let facts = (pending.describe)(&self.frame.gpu, &counters)?;
             self.stats.facts.add(pending.label, facts);
@@ -381,7 +368,7 @@ impl<'a> View<'a> {
     /// Whether every list of work was long enough; else there is room for the next try.
     pub(crate) fn had_room(&self) -> Result<bool> {
         for (had_room, counters) in &self.counters {
-            if !had_room(&self.frame.gpu, self.inputs.scene, counters)? {
+            if !had_room(&self.frame.gpu, self.seen.scene, counters)? {
                 return Ok(false);
             }
         }
@@ -408,7 +395,7 @@ impl<'a> ReceiverQueries<'a> for View<'a> {
 
     fn outline(&mut self, layer: &Layer, points: OutlinePoints) -> Result<Vec<DVec2>> {
         let Layer { projection, region } = layer;
-        let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region);
+        let seen = self.seen.within(region, None);
         let points = outline::outline(&mut self.frame, seen, projection, points)?;
         let results = self.submit()?;
         Ok(outline::found(results.take(&points)?))
@@ -427,17 +414,6 @@ impl<'a> ReceiverQueries<'a> for View<'a> {
     }
 }
 
-/// An exact map of depths and triangles, not warped.
-fn plain_map(projection: &Projection) -> RasterJob<'_> {
-    RasterJob {
-        projection,
-        warp: None,
-        target: Target::DepthTriangle,
-        rasterization: Rasterization::Exact,
-        receiver_tiles: None,
-    }
-}
-
 /// Some pixels of the image, on the device and on the CPU: a coarse camera's image.
 pub struct SampledImage {
     pub receivers: SampledReceivers,
@@ -449,21 +425,4 @@ pub struct SampledImage {
 enum Pixels<'a> {
     All,
     Samples(&'a SampledImage),
-}
-
-/// What the camera sees, for one layer of one light.
-fn receivers_in<'a>(
-    inputs: &Inputs<'a>,
-    visibility_buffer: &'a wgpu::Buffer,
-    light: &'a Light,
-    region: &'a Region,
-) -> Receivers<'a> {
-    Receivers {
-        scene: inputs.scene,
-        camera: inputs.camera,
-        visibility_buffer,
-        light,
-        region,
-        tiles: None,
-    }
 }

@@ -1,20 +1,16 @@
 //! Shadows by maps, and by lists of receivers.
 
-use super::{
-    MapSettings, Pixels, RasterizedLayer, Recorded, View, WarpedLayer, plain_map, receivers_in,
-};
+use super::{MapSettings, Pixels, RasterizedLayer, Recorded, View, WarpedLayer};
 use crate::error::Result;
 use crate::fits::layer::Layer;
 use crate::gpu::passes::bias::position_rounding;
+use crate::gpu::passes::inputs::Receivers;
 use crate::gpu::passes::light_grid::LightGrid;
 use crate::gpu::passes::lookup::{self, Comparison, LookupInput};
 use crate::gpu::passes::rasterize::RasterJob;
 use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
-use crate::gpu::passes::{
-    Inputs, Receivers, caster_tests, image_tiles, receiver_lists, receiver_tiles, shadow_map,
-};
+use crate::gpu::passes::{caster_tests, image_tiles, receiver_lists, receiver_tiles, shadow_map};
 use crate::gpu::pool::PooledBuffer;
-use crate::region::Region;
 
 /// Texels along each side of the map that settles receivers before they are listed, at most.
 const MAX_MAP_TEXELS: u32 = 1024;
@@ -41,20 +37,18 @@ impl View<'_> {
         map: MapSettings,
         plans: Vec<WarpedLayer>,
     ) -> Result<Recorded> {
-        let (inputs, visibility_buffer) = match pixels {
-            Pixels::All => (self.inputs, self.visibility_buffer),
-            Pixels::Samples(samples) => {
-                let camera = &samples.receivers.camera;
-                let scene = self.inputs.scene;
-                (Inputs { scene, camera }, &*samples.keys)
-            }
+        let seen = match pixels {
+            Pixels::All => self.seen,
+            Pixels::Samples(samples) => Receivers {
+                camera: &samples.receivers.camera,
+                visibility_buffer: &samples.keys,
+                ..self.seen
+            },
         };
         // Receivers of no layer, which a method left out because no sample needed them, are lit.
         let visibility = match pixels {
             Pixels::All => self.begun_image()?,
             Pixels::Samples(_) => {
-                let region = &Region::EVERYWHERE;
-                let seen = receivers_in(&inputs, visibility_buffer, self.light, region);
                 let begun = image_tiles::begin(&mut self.frame, seen)?;
                 begun.visibility.expect("nobody took it yet")
             }
@@ -66,34 +60,31 @@ impl View<'_> {
                 Pixels::All => self.image_tiles(region)?,
                 Pixels::Samples(_) => None,
             };
-            let seen = receivers_in(&inputs, visibility_buffer, self.light, region)
-                .within(tiles.as_deref());
+            let seen = seen.within(region, tiles.as_deref());
             let whole = RasterJob {
-                projection,
                 warp: plan.warp.as_ref(),
                 target: map.lookup.target(),
                 rasterization: map.rasterization,
-                receiver_tiles: None,
+                ..RasterJob::plain(projection)
             };
             let tiles = self.receiver_tiles(seen, whole, map.lookup)?;
             let drawn = RasterJob {
                 receiver_tiles: tiles.as_deref(),
                 ..whole
             };
-            let rasterized = shadow_map::shadow_map(&mut self.frame, inputs, drawn)?;
-            self.pending_work.push(rasterized.work);
+            let texels = self.shadow_map(drawn)?;
             let rounding = position_rounding(projection, self.camera.eye);
             let looked = LookupInput {
                 projection,
                 warp: plan.warp.as_ref(),
-                texels: &rasterized.texels,
+                texels: &texels,
                 comparison: map.lookup,
                 bias: map.bias.depth_bias(projection, rounding),
             };
             lookup::lookup(&mut self.frame, seen, looked, &visibility);
             layers.push(RasterizedLayer {
                 comparison: map.lookup,
-                texels: rasterized.texels,
+                texels,
                 plan,
             });
         }
@@ -136,31 +127,20 @@ impl View<'_> {
                 true => self.image_tiles(region)?,
                 false => None,
             };
-            let seen = receivers_in(&self.inputs, self.visibility_buffer, self.light, region)
-                .within(tiles.as_deref());
+            let seen = self.seen.within(region, tiles.as_deref());
             // The nearest casters, which settle most receivers that are in shadow.
             let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
-            let drawn = plain_map(&map);
-            let rasterized = shadow_map::shadow_map(&mut self.frame, self.inputs, drawn)?;
-            self.pending_work.push(rasterized.work);
-            let mut grid = LightGrid::new(self.inputs.scene, self.camera, projection, map.width);
+            let texels = self.shadow_map(RasterJob::plain(&map))?;
+            let mut grid = LightGrid::new(seen.scene, self.camera, projection, map.width);
             for first_row in (0..self.camera.height).step_by(rows as usize) {
                 grid.first_row = first_row;
                 grid.row_count = rows.min(self.camera.height - first_row);
                 let frame = &mut self.frame;
-                let (lists, facts) = receiver_lists::receiver_lists(
-                    frame,
-                    seen,
-                    &grid,
-                    warp,
-                    &rasterized.texels,
-                    &visibility,
-                )?;
-                self.pending_facts.push(facts);
-                let (work, facts) =
+                let lists =
+                    receiver_lists::receiver_lists(frame, seen, &grid, warp, &texels, &visibility)?;
+                let work =
                     caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
                 self.pending_work.push(work);
-                self.pending_facts.push(facts);
             }
         }
         Ok(Recorded {

@@ -1,9 +1,5 @@
 //! What passes count, for the statistics of a frame.
 
-use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::frame::Read;
-
 /// A number that a pass counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fact {
@@ -67,16 +63,6 @@ impl FactsOfPasses {
             }
         }
     }
-}
-
-/// Reads counters; fails where they tell that the pass did not do all its work.
-pub type Describe = fn(&Gpu, &[u32]) -> Result<Facts>;
-
-/// Counters that the next submission brings, and how they are read.
-pub struct PendingFacts {
-    pub label: &'static str,
-    pub counters: Read<u32>,
-    pub describe: Describe,
 }
 
 #[cfg(test)]

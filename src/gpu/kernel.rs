@@ -1,0 +1,166 @@
+//! Kernels: entry points of shaders with what they need to run.
+
+use super::device::Gpu;
+use super::pool::PooledBuffer;
+use super::shaders::Shader;
+use crate::projection::Projection;
+use bytemuck::Pod;
+use glam::DVec3;
+
+/// What a binding holds: a handle, which is cheap to clone.
+#[derive(Clone)]
+pub enum Resource {
+    Buffer(wgpu::Buffer),
+    Table(wgpu::TextureView),
+    Boxes(wgpu::Tlas),
+}
+
+impl From<&wgpu::Buffer> for Resource {
+    fn from(buffer: &wgpu::Buffer) -> Self {
+        Self::Buffer(buffer.clone())
+    }
+}
+
+impl From<&PooledBuffer> for Resource {
+    fn from(buffer: &PooledBuffer) -> Self {
+        Self::Buffer((**buffer).clone())
+    }
+}
+
+impl From<&wgpu::TextureView> for Resource {
+    fn from(table: &wgpu::TextureView) -> Self {
+        Self::Table(table.clone())
+    }
+}
+
+impl Resource {
+    fn binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer(buffer) => buffer.as_entire_binding(),
+            Self::Table(view) => wgpu::BindingResource::TextureView(view),
+            Self::Boxes(structure) => structure.as_binding(),
+        }
+    }
+}
+
+/// An entry point of a shader (or two, of a draw), its constants, and its bindings of group 0.
+#[derive(Clone)]
+pub struct Kernel {
+    pub shader: Shader,
+    /// The vertex stage's and the fragment stage's, where there are two.
+    pub entry_points: [&'static str; 2],
+    pub constants: Vec<(&'static str, f64)>,
+    bindings: Vec<(u32, Resource)>,
+}
+
+impl Kernel {
+    /// The entry point `main` of a file of `shaders/`.
+    pub fn new(file: &'static str) -> Self {
+        Self {
+            shader: Shader::new(file),
+            entry_points: ["main", ""],
+            constants: Vec::new(),
+            bindings: Vec::new(),
+        }
+    }
+
+    /// The same with another entry point.
+    pub fn entry(self, entry_point: &'static str) -> Self {
+        Self {
+            entry_points: [entry_point, ""],
+            ..self
+        }
+    }
+
+    /// The same without bindings.
+    pub fn bare(&self) -> Self {
+        Self {
+            bindings: Vec::new(),
+            constants: self.constants.clone(),
+            ..*self
+        }
+    }
+
+    pub fn constant(mut self, name: &'static str, value: impl Into<f64>) -> Self {
+        self.constants.push((name, value.into()));
+        self
+    }
+
+    pub fn bind(mut self, index: u32, resource: impl Into<Resource>) -> Self {
+        self.bindings.push((index, resource.into()));
+        self
+    }
+
+    /// Binds a new uniform with the value.
+    pub fn uniform<T: Pod>(self, gpu: &Gpu, index: u32, value: &T) -> Self {
+        let uniform = gpu.uniform(self.shader.file, value);
+        self.bind(index, &uniform)
+    }
+
+    /// Fills the slot and binds its uniform; `origin` is that of the scene's tables.
+    pub fn projection(self, gpu: &Gpu, index: u32, projection: &Projection, origin: DVec3) -> Self {
+        let mut kernel = self.uniform(gpu, index, &projection.uniform(origin));
+        kernel.shader.projection = projection.shader();
+        kernel
+    }
+
+    pub fn dispatch(self, groups: Groups) -> Dispatch {
+        Dispatch {
+            kernel: self,
+            groups,
+        }
+    }
+
+    pub fn draw(self, vertex: &'static str, fragment: &'static str, vertices: Vertices) -> Draw {
+        let kernel = Self {
+            entry_points: [vertex, fragment],
+            ..self
+        };
+        Draw { kernel, vertices }
+    }
+
+    pub(super) fn bind_group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
+        let entries = self.bindings.iter();
+        let entries = entries.map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding: *binding,
+            resource: resource.binding(),
+        });
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.shader.file),
+            layout,
+            entries: &entries.collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// One dispatch of a pass.
+pub struct Dispatch {
+    pub kernel: Kernel,
+    pub groups: Groups,
+}
+
+/// One draw of a pass, triangle by triangle.
+pub struct Draw {
+    pub kernel: Kernel,
+    pub vertices: Vertices,
+}
+
+pub enum Vertices {
+    Number(u32),
+    Indirect(wgpu::Buffer),
+}
+
+#[derive(Clone)]
+pub enum Groups {
+    /// At least this many workgroups, laid out so that no dimension exceeds the limit; the shader
+    /// takes `group.y * groups.x + group.x` as its index.
+    Linear(u64),
+    /// Columns and rows of workgroups.
+    Grid(u32, u32),
+    /// As a buffer says, from a byte of it on.
+    Indirect(wgpu::Buffer, u64),
+}
+
+impl Groups {
+    pub const ONE: Self = Self::Linear(1);
+}
