@@ -28,6 +28,12 @@ impl Warp {
         a + (b - a) * (place - cell)
     }
 
+    /// A function along y, counted through those along x.
+    #[inline(always)]
+    fn along_y<L: Lane>(&self, column: L) -> L {
+        L::from_f64(self.functions as f64) + column
+    }
+
     #[inline(always)]
     fn function_at<L: Lane>(&self, place: L) -> L {
         let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
@@ -43,9 +49,93 @@ impl Warp {
         let row = self.function_at(uv.y);
         let x = self.value_at(row, uv.x);
         let column = self.function_at(x);
-        let first_column = L::from_f64(self.functions as f64);
-        let y = self.value_at(first_column + column, uv.y);
+        let y = self.value_at(self.along_y(column), uv.y);
         (V2::new(x, y), V2::new(row, column))
+    }
+
+    /// Where each function takes on the centres of a map's texels: as `invert` in `shaders/warp_map.wgsl`.
+    pub fn inverses(&self, texels: usize) -> Vec<f32> {
+        let cells = self.boundaries - 1;
+        let functions = self.values.chunks_exact(self.boundaries);
+        let inverse = |function: &[f32]| {
+            let mut cell = 0;
+            let place_of = |texel: usize| {
+                let value = (texel as f32 + 0.5) / texels as f32;
+                while function[cell + 1] < value && cell + 1 < cells {
+                    cell += 1;
+                }
+                let [a, b] = [function[cell], function[cell + 1]];
+                let part = ((value - a) / (b - a).max(1e-30)).clamp(0.0, 1.0);
+                (cell as f32 + part) / cells as f32
+            };
+            (0..texels).map(place_of).collect::<Vec<_>>()
+        };
+        functions.flat_map(inverse).collect()
+    }
+
+    /// Linear map coordinates of the centre of a texel, by the table of `inverses`.
+    #[inline(always)]
+    pub fn linear_from_texel<L: Lane>(
+        &self,
+        inverses: &[f32],
+        texels: usize,
+        texel: V2<L>,
+    ) -> V2<L> {
+        let size = L::from_f64(texels as f64);
+        let column = self.function_at((texel.x + L::from_f64(0.5)) / size);
+        let y = L::gather(inverses, texels, self.along_y(column), texel.y);
+        let x = L::gather(inverses, texels, self.function_at(y), texel.x);
+        V2::new(x, y)
+    }
+
+    /// The first and the last texel of the patch of two functions, those of a row and of a column: between patches
+    /// the map is torn. It may be empty.
+    #[inline(always)]
+    pub fn patch_of<L: Lane>(&self, functions: V2<L>, texels: usize) -> [V2<L>; 2] {
+        let one = L::from_f64(1.0);
+        let count = L::from_f64(self.functions as f64);
+        let ends = [L::from_f64(0.0), one].map(|end| {
+            let x = (functions.y + end) / count;
+            let y = self.value_at(self.along_y(functions.y), (functions.x + end) / count);
+            V2::new(x, y).map(|place| first_centre(place, texels))
+        });
+        [ends[0], ends[1].map(|texel| texel - one)]
+    }
+
+    /// Whether there are patches above, below, left and right of that of two functions.
+    #[inline(always)]
+    pub fn has_patches<L: Lane>(&self, functions: V2<L>) -> [L::Mask; 4] {
+        let (zero, last) = (L::from_f64(0.0), L::from_f64(self.functions as f64 - 1.0));
+        let [row, column] = [functions.x, functions.y].map(|f| [zero.less(f), f.less(last)]);
+        [row[0], row[1], column[0], column[1]]
+    }
+
+    /// The texel beside a place that is nearest to it across the seam on that side of its patch; `functions` are
+    /// the place's, `side` points to the patch there along an axis.
+    #[inline(always)]
+    pub fn texel_across<L: Lane>(
+        &self,
+        linear: V2<L>,
+        functions: V2<L>,
+        side: V2<L>,
+        texels: usize,
+    ) -> V2<L> {
+        let zero = L::from_f64(0.0);
+        let size = L::from_f64(texels as f64);
+        let count = L::from_f64(self.functions as f64);
+        let edge = |function: L, side: L| (function + side.max(zero)) / count;
+        let is_along_y = zero.less(side.y.abs());
+        let along_y = self.value_at(functions.x + side.y, linear.x);
+        let x = L::select(is_along_y, along_y, edge(functions.y, side.x));
+        let column = L::select(is_along_y, self.function_at(x), functions.y + side.x);
+        let y = L::select(is_along_y, edge(functions.x, side.y), linear.y);
+        let y = self.value_at(self.along_y(column), y);
+        let inside = |place: L| (place * size).floor();
+        let across = |place: L, side: L| first_centre(place, texels) + side.min(zero);
+        V2::new(
+            L::select(is_along_y, inside(x), across(x, side.x)),
+            L::select(is_along_y, across(y, side.y), inside(y)),
+        )
     }
 
     /// The slope of a function at `x`.
@@ -81,62 +171,28 @@ impl Warp {
     }
 }
 
+/// The first texel whose centre is not before a place.
+#[inline(always)]
+fn first_centre<L: Lane>(place: L, texels: usize) -> L {
+    let size = L::from_f64(texels as f64);
+    -(L::from_f64(0.5) - place * size).floor()
+}
+
+/// How many of the texels up to `reach` from one lie beyond its patch, above, below, left and right of it.
+#[inline(always)]
+pub fn texels_outside<L: Lane>([low, high]: [V2<L>; 2], middle: V2<L>, reach: L) -> [L; 4] {
+    let reaches = V2::splat(reach);
+    let before = low - (middle - reaches);
+    let after = middle + reaches - high;
+    [before.y, after.y, before.x, after.x].map(|count| count.min(reach))
+}
+
+#[cfg(test)]
+mod twins;
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::shaders::Shader;
-    use crate::twin::{Random, Twin, assert_twins};
-
-    const WGSL: &str = "
-fn twin(i: u32) -> array<f32, 4> {
-    var warp: Warp;
-    warp.functions = vec2<u32>(5u, 5u);
-    warp.cells = vec2<u32>(32u, 32u);
-    warp.forward = vec2<u32>(0u, 5u * 33u);
-    let warped = warped_from_linear(warp, vec2<f32>(inputs[i], inputs[i + 1u]));
-    let functions = vec2<f32>(warped.functions);
-    return array<f32, 4>(warped.uv.x, warped.uv.y, functions.x, functions.y);
-}
-";
-
-    impl Twin for Warp {
-        fn evaluate<L: Lane>(&self, inputs: &[L]) -> Vec<L> {
-            let (uv, functions) = self.warped_from_linear(V2::new(inputs[0], inputs[1]));
-            vec![uv.x, uv.y, functions.x, functions.y]
-        }
-    }
-
-    /// Inside, outside, at boundaries of cells and of functions, and a step beside them; functions have cells
-    /// without a width, and steep ones.
-    #[test]
-    fn the_shader_of_warps_computes_what_rust_does() {
-        let mut random = Random(1);
-        let values = (0..10).flat_map(|_| {
-            let steps: Vec<_> = (0..32)
-                .map(|_| [0.0, 1.0, 30.0][random.below(3)] * random.share())
-                .collect();
-            let total: f64 = steps.iter().sum();
-            let sums = steps.iter().scan(0.0, |sum, step| {
-                *sum += step / total;
-                Some(*sum as f32)
-            });
-            std::iter::once(0.0).chain(sums).collect::<Vec<_>>()
-        });
-        let warp = Warp {
-            functions: 5,
-            boundaries: 33,
-            values: values.collect(),
-        };
-        let mut place = || match random.below(12) {
-            0 => random.below(33) as f32 / 32.0,
-            1 => (random.below(6) as f32 / 5.0).next_up(),
-            2 => random.number(),
-            _ => random.share() as f32,
-        };
-        let cases: Vec<_> = (0..20_000).map(|_| [place(), place()]).collect();
-        let source = Shader::new("warp/grid").compose() + WGSL;
-        assert_twins(&source, &warp, &cases, &warp.values);
-    }
 
     #[test]
     fn scale_is_the_slope_of_the_functions() {
