@@ -3,6 +3,8 @@
 //! A kind is a file here and its twin of the same name in `shaders/projection/`, and a line in the list below. What
 //! the shaders compute in float32 is written once for float64, in which methods fit, and for lanes.
 
+#[cfg(test)]
+mod bounds;
 mod homography;
 mod paraboloid;
 mod parallel;
