@@ -14,6 +14,7 @@
 //             moment, makes them soft.
 #import projection
 #import warp
+#import lib/axes
 #import lib/receivers
 #import lib/image_tiles
 #import lib/edges
@@ -312,14 +313,9 @@ fn share_in_disc(
     middle: vec2<f32>,
 ) -> f32 {
     let size = vec2<f32>(projection.size);
-    // Axes across the light's ray, after Duff et al., "Building an orthonormal basis, revisited", 2017.
-    let ray = normalize(receiver.from_light);
-    let side = select(-1.0, 1.0, ray.z >= 0.0);
-    let a = -1.0 / (side + ray.z);
-    let right = vec3<f32>(1.0 + side * ray.x * ray.x * a, side * ray.x * ray.y * a, -side * ray.x);
-    let up = vec3<f32>(ray.x * ray.y * a, side + ray.y * ray.y * a, -ray.y);
-    let right_step = projected_from_offset(projection, right * receivers.filter_radius);
-    let up_step = projected_from_offset(projection, up * receivers.filter_radius);
+    let axes = axes_across(normalize(receiver.from_light));
+    let right_step = projected_from_offset(projection, axes.x * receivers.filter_radius);
+    let up_step = projected_from_offset(projection, axes.y * receivers.filter_radius);
     var tests = 0;
     var lit = 0;
     for (var i = 0u; i < samples; i += 1u) {

@@ -31,6 +31,7 @@ mod region;
 mod render;
 mod rounding;
 mod scene;
+pub mod shadow_ray;
 #[cfg(test)]
 mod twin;
-mod warp;
+pub mod warp;

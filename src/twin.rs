@@ -287,6 +287,7 @@ pub fn run_on_device<const INPUTS: usize>(
     );
     let gpu = gpu::gpu().unwrap();
     let device = &gpu.device;
+    let refused = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -338,6 +339,8 @@ pub fn run_on_device<const INPUTS: usize>(
     drop(pass);
     encoder.copy_buffer_to_buffer(&found, 0, &read, 0, None);
     gpu.queue.submit([encoder.finish()]);
+    let refused = pollster::block_on(refused.pop());
+    assert!(refused.is_none(), "{}", refused.unwrap());
     read.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     bytemuck::cast_slice(&read.get_mapped_range(..).unwrap()).to_vec()

@@ -3,6 +3,7 @@
 //
 // The corners are taken relative to the receiver before they are turned into the ray's axes: what is near
 // the receiver is then known as well as float32 allows, wherever in the scene both are.
+#import lib/axes
 #import lib/receivers
 #import lib/shadow_ray
 #import lib/triangles
@@ -32,12 +33,7 @@ fn ray_of_receiver(receiver: Receiver, is_local: bool) -> ReceiverRay {
     let to_light = -receiver.from_light;
     let distance = length(to_light);
     let z = to_light / distance;
-    // Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
-    let side = select(-1.0, 1.0, z.z >= 0.0);
-    let k = -1.0 / (side + z.z);
-    let m = z.x * z.y * k;
-    let x = vec3<f32>(1.0 + side * z.x * z.x * k, side * m, -side * z.x);
-    let y = vec3<f32>(m, side + z.y * z.y * k, -z.y);
+    let axes = axes_across(z);
     let margin = margin_of_receiver(receiver, point);
     let reach = select(3.0e38, distance, is_local);
     let normal = receiver.normal * sign(dot(receiver.normal, to_light));
@@ -47,10 +43,23 @@ fn ray_of_receiver(receiver: Receiver, is_local: bool) -> ReceiverRay {
         distance,
         normal,
         ROUNDING * length(point),
-        x,
-        y,
+        axes.x,
+        axes.y,
         z,
         LightRay(vec2<f32>(0.0), reach, margin),
+    );
+}
+
+// Corners relative to the receiver; not of its own triangle.
+fn meets_corners(ray: ReceiverRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> bool {
+    let above = max(max(dot(ray.normal, a), dot(ray.normal, b)), dot(ray.normal, c));
+    return is_met(
+        ray.light_ray,
+        vec3<f32>(dot(ray.x, a), dot(ray.y, a), dot(ray.z, a)),
+        vec3<f32>(dot(ray.x, b), dot(ray.y, b), dot(ray.z, b)),
+        vec3<f32>(dot(ray.x, c), dot(ray.y, c), dot(ray.z, c)),
+        vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal)),
+        above <= ray.plane_margin,
     );
 }
 
@@ -59,14 +68,5 @@ fn meets(ray: ReceiverRay, triangle: u32, vertices: vec3<u32>, eye_high: vec3<f3
     let a = offset_from_vertex(vertices.x, eye_high, eye_low) - ray.point;
     let b = offset_from_vertex(vertices.y, eye_high, eye_low) - ray.point;
     let c = offset_from_vertex(vertices.z, eye_high, eye_low) - ray.point;
-    let normal = normal_of_triangle(triangle);
-    let above = max(max(dot(ray.normal, a), dot(ray.normal, b)), dot(ray.normal, c));
-    return triangle != ray.own_triangle && is_met(
-        ray.light_ray,
-        vec3<f32>(dot(ray.x, a), dot(ray.y, a), dot(ray.z, a)),
-        vec3<f32>(dot(ray.x, b), dot(ray.y, b), dot(ray.z, b)),
-        vec3<f32>(dot(ray.x, c), dot(ray.y, c), dot(ray.z, c)),
-        vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal)),
-        above <= ray.plane_margin,
-    );
+    return triangle != ray.own_triangle && meets_corners(ray, a, b, c, normal_of_triangle(triangle));
 }

@@ -22,6 +22,7 @@ macro_rules! file {
 pub const FILES: &[(&str, &str)] = &[
     file!("caster/pieces"),
     file!("caster/scene"),
+    file!("lib/axes"),
     file!("lib/counters"),
     file!("lib/coverage"),
     file!("lib/edges"),
