@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,21 +94,16 @@ def predicted_ms(
 class Trial:
     """Maps rendered so far, finer and finer."""
 
-    names: list[str]
-    timings: dict[str, float]
-    coarse: npt.NDArray[np.float32] | None = None
+    names: list[str] = field(default_factory=list)
     parts: FrameParts | None = None
     bound: float | None = None
 
     def add(self, parts: FrameParts) -> None:
-        visibility = parts.visibility
-        if self.coarse is not None:
-            covered = int(np.count_nonzero(~np.isnan(visibility)))
-            self.bound = error_bound(differing(self.coarse, visibility), covered)
         if self.parts is not None:
-            _add_times(self.timings, self.parts.timings)
+            covered = int(np.count_nonzero(~np.isnan(parts.visibility)))
+            self.bound = error_bound(differing(self.parts.visibility, parts.visibility), covered)
         self.names.append(spelled(parts.method))
-        self.coarse, self.parts = visibility, parts
+        self.parts = parts
 
 
 def spelled(method: Method) -> str:
@@ -129,7 +124,15 @@ def choose(
     ``timings`` are those of all that was rendered for the choice.
     """
     plan = _Plan(scene, camera, light, wanted)
-    trial = Trial([], {})
+    trial = Trial()
+    timings: dict[str, float] = {}
+
+    def rendered(method: Method) -> FrameParts:
+        parts = render(method)
+        for label, milliseconds in parts.timings.items():
+            timings[label] = timings.get(label, 0.0) + milliseconds
+        return replace(parts, timings=timings)
+
     why = ""
     failed: list[str] = []
     resolutions, is_open = plan.ladder()
@@ -138,7 +141,7 @@ def choose(
             method = map_for(light, resolution)
             if is_open and trial.bound is not None and not plan.goes_on(trial.bound, method):
                 break
-            trial.add(render(method))
+            trial.add(rendered(method))
             if trial.bound is not None and trial.bound <= wanted.max_error:
                 why = "two maps differ in so few pixels that the finer one keeps max_error"
                 break
@@ -155,12 +158,10 @@ def choose(
     )
     for method in plan.exact:
         try:
-            parts = render(method)
+            parts = rendered(method)
         except DeviceError as error:
             failed.append(f"{spelled(method)}: {error}")
             continue
-        if trial.parts is not None:
-            _add_times(trial.timings, trial.parts.timings)
         trial.bound = 0.0
         return plan.told(trial, parts, why, failed)
     raise DeviceError("; ".join(failed))
@@ -214,8 +215,6 @@ class _Plan:
         return "no pair of maps is cheaper"
 
     def told(self, trial: Trial, parts: FrameParts, why: str, failed: Sequence[str]) -> FrameParts:
-        timings = dict(trial.timings)
-        _add_times(timings, parts.timings)
         facts = {
             "method": spelled(parts.method),
             "why": why,
@@ -229,9 +228,4 @@ class _Plan:
             "tried": trial.names,
             "failed": list(failed),
         }
-        return replace(parts, timings=timings, stats={**parts.stats, "auto": facts})
-
-
-def _add_times(sums: dict[str, float], times: Mapping[str, float]) -> None:
-    for label, milliseconds in times.items():
-        sums[label] = sums.get(label, 0.0) + milliseconds
+        return replace(parts, stats={**parts.stats, "auto": facts})

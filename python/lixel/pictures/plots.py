@@ -97,8 +97,8 @@ def time_against_error(
                 named = named[named.index.isin(front.index)]
             for x, y, text in zip(named[time], named[error], named[label], strict=True):
                 ax.annotate(
-                    f"{text:g}" if isinstance(text, (int, float)) else str(text), (x, y),
-                    xytext=(5, 4), textcoords="offset points", fontsize="x-small", color="0.25",
+                    _text(text), (x, y), xytext=(5, 4), textcoords="offset points",
+                    fontsize="x-small", color="0.25",
                 )  # fmt: skip
     _finish(ax, time, error)
     ax.legend(fontsize="small", **(_BESIDE if is_crowded else {}))

@@ -7,9 +7,10 @@ matplotlib is in the extra ``plot``.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..frame import Frame
 from ..warps import unwarp_points, warp_points
@@ -37,17 +38,7 @@ def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
     """
     _check(frame, layer)
     ax = axes_or_new(ax)
-    values = frame.importance_map[layer]
-    positive = values[values > 0]
-    norm = "log" if positive.size and positive.max() > positive.min() else None
-    shown = ax.imshow(
-        np.ma.masked_equal(values, 0),
-        extent=(0, 1, 1, 0),
-        norm=norm,
-        cmap="viridis",
-        interpolation="nearest",
-    )
-    ax.figure.colorbar(shown, ax=ax, shrink=0.8)
+    _show(frame.importance_map[layer], ax)
     ax.set_title("importance")
     return ax
 
@@ -113,17 +104,9 @@ def receiver_counts(
     if warped:
         uv = warp_points(frame.warp_map[layer], uv)
     counts, *_ = np.histogram2d(uv[:, 1], uv[:, 0], bins=cells, range=((0, 1), (0, 1)))
-    shown = ax.imshow(
-        np.ma.masked_equal(counts, 0),
-        extent=(0, 1, 1, 0),
-        norm="log" if counts.max() > 1 else None,
-        cmap="viridis",
-        interpolation="nearest",
-    )
-    ax.figure.colorbar(shown, ax=ax, shrink=0.8)
-    ax.set_title(
-        f"receivers {'after' if warped else 'before'} the warp, at most {counts.max():.0f}"
-    )
+    _show(counts, ax)
+    when = "after" if warped else "before"
+    ax.set_title(f"receivers {when} the warp, at most {counts.max():.0f}")
     return ax
 
 
@@ -149,6 +132,19 @@ def shadow_map(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
     ax.imshow(depth, extent=(0, 1, 1, 0), cmap="gray_r", interpolation="nearest")
     ax.set_title("shadow map")
     return ax
+
+
+def _show(values: npt.NDArray[Any], ax: Axes) -> None:
+    """Cells of a map by a logarithmic scale of colours, those of zero left empty."""
+    positive = values[values > 0]
+    shown = ax.imshow(
+        np.ma.masked_equal(values, 0),
+        extent=(0, 1, 1, 0),
+        norm="log" if positive.size and positive.max() > positive.min() else None,
+        cmap="viridis",
+        interpolation="nearest",
+    )
+    ax.figure.colorbar(shown, ax=ax, shrink=0.8)
 
 
 def _check(frame: Frame, layer: int) -> None:

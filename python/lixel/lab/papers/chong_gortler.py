@@ -127,6 +127,12 @@ def random_lights(count: int) -> list[DirectionalLight]:
     return [DirectionalLight(-vector) for vector in towards]
 
 
+def _scene(quick: bool, side: int) -> tuple[Scene, Camera]:
+    """Objects on a floor, a quarter of the triangles where quick, and a square image of them."""
+    scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
+    return scene, scene.cameras["default"].resized(side, side)
+
+
 def misclassified(
     quick: bool = False,
     folder: Path | None = None,
@@ -149,16 +155,13 @@ def misclassified(
     misclassified pixels, percent more than optimal, and the paper's percentage in brackets.
     """
     command = f"lixel lab papers chong-1{' --quick' if quick else ''}"
-    if scene is None:
-        seen = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
-        camera = seen.cameras["default"]
-    else:
+    side, resolution = (375, 200) if quick else (750, 400)
+    seen, camera = _scene(quick, side)
+    if scene is not None:
         seen, named = scene_and_views(scene, views)
-        camera = named.camera(None, seen)
+        camera = named.camera(None, seen).resized(side, side)
         command += f" --scene {Path(scene).name}"
         command += f" --views {views.name}" if views is not None else ""
-    side, resolution = (375, 200) if quick else (750, 400)
-    camera = camera.resized(side, side)
     rows = methods(resolution)
     chosen = random_lights((25 if quick else 500) if lights is None else lights)
     path = None if folder is None else folder / "chong-1.csv"
@@ -172,15 +175,9 @@ def misclassified(
             measured: list[dict[str, Any]] = []
             for name in missing:
                 found = compare(render_shadows(seen, camera, light, rows[name]), truth)
-                known[column, name] = found.misclassified_count
-                measured.append(
-                    {
-                        "light": column,
-                        "method": name,
-                        "misclassified": found.misclassified_count,
-                        "covered": found.covered_count,
-                    }
-                )
+                known[column, name] = count = found.misclassified_count
+                row = {"light": column, "method": name, "misclassified": count}
+                measured.append({**row, "covered": found.covered_count})
             if path is not None:
                 append(path, command, measured)
         wrong[:, column] = [known[column, name] for name in rows]
@@ -235,9 +232,8 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
     each method, the median of five that take turns, and its time over that of `focused`, with the
     paper's in brackets.
     """
-    scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     part = 2 if quick else 1
-    camera = scene.cameras["default"].resized(1150 // part, 1150 // part)
+    scene, camera = _scene(quick, 1150 // part)
     lit_by = random_lights(4)
     rows = []
     for (count, side), fps in progress(list(PAPER_FPS.items()), "rows"):
@@ -263,9 +259,8 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
     and its share in percent, with the paper's. The paper's hull is part of its optimization; so is
     ours. `quick` and `folder` are those of `running_times`.
     """
-    scene = objects_on_floor(subdivisions=3) if quick else objects_on_floor()
     part = 2 if quick else 1
-    camera = scene.cameras["default"].resized(750 // part, 750 // part)
+    scene, camera = _scene(quick, 750 // part)
     chosen: dict[str, tuple[Method, float]] = {
         "optimal": (SceneOptimized(samples="boundary", resolution=750 // part), 12.43),
         "normal": (Focused(fit="frustum", resolution=750 // part), 0.40),
