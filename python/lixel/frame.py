@@ -244,18 +244,9 @@ def render(
     """
     chosen = _bounded(method, max_error=max_error, max_ms=max_ms)
     [parts] = _parts_of_lights(scene, camera, [light], chosen, OUTPUTS)
-    outputs: dict[str, Any] = {name: getattr(parts.outputs, name) for name in OUTPUTS}
-    return Frame(
-        scene=scene,
-        camera=camera,
-        light=light,
-        method=parts.method,
-        visibility=parts.visibility,
-        timings=parts.timings,
-        stats=parts.stats,
-        adapter=parts.adapter,
-        **outputs,
-    )
+    outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
+    values = {name: value for name, value in vars(parts).items() if name != "outputs"}
+    return Frame(scene=scene, camera=camera, light=light, **values, **outputs)
 
 
 def frame_parts(

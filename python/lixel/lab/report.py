@@ -39,17 +39,22 @@ def _cell(value: Any) -> str:
 
 
 def progress(
-    items: Iterable[Item], label: str, total: int | None = None, done: int = 0
+    items: Iterable[Item],
+    label: str,
+    total: int | None = None,
+    done: int = 0,
+    *,
+    is_shown: bool = True,
 ) -> Iterator[Item]:
-    """The items, with a bar on stderr. Of `total` items (None: as many as there are) `done` were
-    done before.
+    """The items, with a bar on stderr if it is shown. Of `total` items (None: as many as there are)
+    `done` were done before.
     """
     from tqdm import tqdm
 
     if total is None:
         items = list(items)
         total = len(items)
-    yield from tqdm(items, desc=label, total=total, initial=done, leave=False)
+    yield from tqdm(items, desc=label, total=total, initial=done, leave=False, disable=not is_shown)
 
 
 def status(text: str) -> None:

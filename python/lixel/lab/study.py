@@ -141,36 +141,22 @@ def study(
 
 def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dict[str, Any]]:
     """The columns to look at first and those of some parameters, as rows for a text table."""
-    whole = {
-        **{name: name for name in parameters},
-        "misclassified_count": "misclassified",
-        "false_lit_count": "false lit",
-        "false_shadow_count": "false shadow",
-    }
     columns = {
         **{name: name for name in ("scene", "camera", "light", "method", *parameters)},
         "gpu_ms": "GPU ms",
         "gpu_ms_q1": "from",
         "gpu_ms_q3": "to",
-        **whole,
+        "misclassified_count": "misclassified",
+        "false_lit_count": "false lit",
+        "false_shadow_count": "false shadow",
         "edge_displacement_mean": "edge displacement, px",
         "error": "error",
     }
-
-    def cell(name: str, value: Any) -> Any:
-        # A column with gaps is one of floats.
-        is_whole = name in whole and isinstance(value, float) and value.is_integer()
-        return int(value) if is_whole else value
-
-    return [
-        {
-            title: cell(name, row[name])
-            for name, title in columns.items()
-            # A NaN differs from itself.
-            if row.get(name) is not None and row[name] == row[name]
-        }
-        for row in table.to_dict("records")
-    ]
+    chosen = table[[name for name in columns if name in table]].rename(columns=columns)
+    # Counts and parameters stay whole where a row has none.
+    chosen = chosen.dropna(axis=1, how="all").convert_dtypes().astype(object)
+    rows: list[dict[str, Any]] = chosen.where(chosen.notna(), None).to_dict("records")
+    return rows
 
 
 # --- The work ---
@@ -194,7 +180,7 @@ def _run(
     done = total - len(missing)
     try:
         if executor is None:
-            for case, turn in _shown(missing, progress, total, done):
+            for case, turn in show_progress(missing, "study", total, done, is_shown=progress):
                 if not log.has(case.key, turn):
                     log.add([sample(case, turn)])
         else:
@@ -223,7 +209,7 @@ def _spread(
             yield from itertools.repeat(None, futures[future])
 
     try:
-        for _ in _shown(arrivals(), progress, total, total - len(missing)):
+        for _ in show_progress(arrivals(), "study", total, total - len(missing), is_shown=progress):
             pass
     finally:
         for future in futures:
@@ -257,10 +243,6 @@ def _tasks(missing: Sequence[tuple[Case, int]]) -> Iterator[list[tuple[Case, int
             task += piece
     if task:
         yield task
-
-
-def _shown(items: Iterable[Value], progress: bool, total: int, done: int) -> Iterator[Value]:
-    return show_progress(items, "study", total, done) if progress else iter(items)
 
 
 def _samples(task: Sequence[tuple[Case, int]]) -> list[Record]:
