@@ -165,7 +165,7 @@ def test_degenerate_views_are_named():
     [
         ({"width": 0}, ValueError, "width must be at least 1 .* got 0"),
         ({"height": -3}, ValueError, "height must be at least 1 .* got -3"),
-        ({"width": 2**40}, ValueError, "width must be .* below 2\\*\\*32 .* got 1099511627776"),
+        ({"width": 2**40}, ValueError, "width must be .* below 2\\*\\*32, got 1099511627776"),
         ({"width": 64.0}, TypeError, "width must be an integer, got 64.0"),
         ({"height": True}, TypeError, "height must be an integer, got True"),
         ({"yfov": "wide"}, TypeError, "yfov must be a real number, got 'wide'"),

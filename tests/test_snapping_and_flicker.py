@@ -223,7 +223,7 @@ def test_exact_shadows_change_as_the_reference_does():
 def test_flicker_refuses_unknown_motions_and_few_frames():
     with pytest.raises(ValueError, match=r"motion must be one of pan, walk, light, got 'run'"):
         flicker.measure(["run"])
-    with pytest.raises(ValueError, match="frames must be at least 2, got 1"):
+    with pytest.raises(ValueError, match=r"frames must be at least 2 .* got 1"):
         flicker.measure(frames=1)
 
 

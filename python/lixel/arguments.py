@@ -57,17 +57,22 @@ def real(name: str, value: Any) -> float:
     return float(array)
 
 
-def count(name: str, value: SupportsIndex, unit: str) -> int:
-    """An integer from 1 to 2**32 - 1, which fits the core's integers."""
+def count(name: str, value: SupportsIndex, least: int = 1) -> int:
+    """An integer from `least` to 2**32 - 1, which fits the core's integers."""
     try:
         if isinstance(value, (bool, np.bool_)):
             raise TypeError
         number = operator.index(value)
     except TypeError:
         raise TypeError(f"{name} must be an integer, got {value!r}") from None
-    if not 1 <= number < 2**32:
-        raise ValueError(f"{name} must be at least 1 and below 2**32 {unit}, got {number}")
+    if not least <= number < 2**32:
+        raise ValueError(f"{name} must be at least {least} and below 2**32, got {number}")
     return number
+
+
+def size(width: SupportsIndex, height: SupportsIndex) -> tuple[int, int]:
+    """Of an image, in pixels."""
+    return count("width", width), count("height", height)
 
 
 def instance(name: str, value: object, *types: type) -> None:

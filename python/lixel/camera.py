@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arguments import count, finite, real, reals, unit_vector
+from .arguments import finite, real, reals, size, unit_vector
 
 if TYPE_CHECKING:
     import trimesh
@@ -83,7 +83,7 @@ class Camera:
         znear: float | None = None,
         zfar: float = math.inf,
     ) -> None:
-        size = (count("width", width, "pixels"), count("height", height, "pixels"))
+        width, height = size(width, height)
         if (yfov is None) == (focal is None):
             raise TypeError(
                 "a camera takes either yfov (radians) or focal (pixels), "
@@ -94,7 +94,7 @@ class Camera:
             # The tangent of the least numbers above 0 is 0.
             if not (0.0 < yfov < math.pi and math.tan(0.5 * yfov) > 0.0):
                 raise ValueError(f"yfov must be an angle in radians in (0, pi), got {yfov}")
-            focal = 0.5 * size[1] / math.tan(0.5 * yfov)
+            focal = 0.5 * height / math.tan(0.5 * yfov)
         if np.ndim(focal) == 0:  # type: ignore[arg-type]
             focal = (focal, focal)  # type: ignore[assignment]
         world_from_camera = reals("pose", pose, 4, 4).copy()
@@ -103,8 +103,8 @@ class Camera:
         far = real("zfar", zfar)
         if not far > 0.0:
             raise ValueError(f"zfar must be greater than 0, got {far}")
-        middle = (size[0] / 2, size[1] / 2) if centre is None else _pair("centre", centre)
-        values = (world_from_camera, _pair("focal", focal), middle, *size, near, far, None)
+        middle = (width / 2, height / 2) if centre is None else _pair("centre", centre)
+        values = (world_from_camera, _pair("focal", focal), middle, width, height, near, far, None)
         for field, value in zip((*_FIELDS, "_compiled"), values, strict=True):
             object.__setattr__(self, field, value)
         # The rest of the rules are the core's. Without a near plane, any valid one serves.
@@ -284,12 +284,12 @@ class Camera:
     def resized(self, width: SupportsIndex, height: SupportsIndex) -> Camera:
         """The same camera with another image size: the vertical angle of view and the shape of a
         pixel stay, the horizontal angle follows."""
-        size = (count("width", width, "pixels"), count("height", height, "pixels"))
-        scale = size[1] / self.height
+        width, height = size(width, height)
+        scale = height / self.height
         focal = (self.focal[0] * scale, self.focal[1] * scale)
-        across = size[0] / 2 + (self.centre[0] - self.width / 2) * scale
+        across = width / 2 + (self.centre[0] - self.width / 2) * scale
         centre = (across, self.centre[1] * scale)
-        return self._replaced(focal=focal, centre=centre, width=size[0], height=size[1])
+        return self._replaced(focal=focal, centre=centre, width=width, height=height)
 
     def posed(self, pose: npt.ArrayLike) -> Camera:
         """The same camera elsewhere.

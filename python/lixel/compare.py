@@ -141,14 +141,11 @@ class Comparison:
         similarity: Any = metrics.structural_similarity  # untyped
         return float(similarity(*pictures, data_range=1.0, win_size=window))
 
-    @cached_property
+    @property
     def hausdorff(self) -> float:
         """Hausdorff distance of the shadow edges in pixels: the greatest distance from an edge in
         one picture to the nearest in the other. 0 where neither has an edge, inf where one has."""
-        from skimage import metrics
-
-        distance: Any = metrics.hausdorff_distance  # untyped
-        return float(distance(*self._edges))
+        return float(self.edge_displacement.max(initial=0.0))
 
     @cached_property
     def edge_displacement(self) -> npt.NDArray[np.float64]:

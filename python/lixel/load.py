@@ -45,7 +45,7 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080) -> Scene:
         It has another ending, cannot be read, or holds no triangle; the message names the file.
     """
     file = Path(path)
-    height = count("height", height, "pixels")
+    height = count("height", height)
     suffix = file.suffix.lower()
     if not file.is_file():
         raise FileNotFoundError(f"path must be a file, got {str(file)!r}, and there is none")

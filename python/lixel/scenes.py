@@ -64,7 +64,7 @@ def objects_on_floor(count: int = 256, subdivisions: int = 4, seed: int = 0) -> 
     seed : int
         For sizes, places and tilts.
     """
-    count = checked_count("count", count, "objects")
+    count = checked_count("count", count)
     if subdivisions not in range(7):
         raise ValueError(f"subdivisions must be an integer from 0 to 6, got {subdivisions}")
     n = 2**subdivisions
@@ -109,11 +109,8 @@ def colonnade(columns: int = 20, detail: int = 38) -> Scene:
     detail : int
         Sections around a column, at least 8.
     """
-    columns, detail = checked_count("columns", columns, ""), checked_count("detail", detail, "")
-    if columns < 2:
-        raise ValueError(f"columns must be at least 2, got {columns}")
-    if detail < 8:
-        raise ValueError(f"detail must be at least 8, got {detail}")
+    columns = checked_count("columns", columns, least=2)
+    detail = checked_count("detail", detail, least=8)
     spacing, half_width, height = 2.4, 2.2, 3.4
     # Radius and height: a round base, a swelling shaft, a capital.
     rise = np.linspace(0.0, 1.0, detail // 2)
@@ -164,7 +161,7 @@ def city(blocks: int = 24, seed: int = 0) -> Scene:
     seed : int
         For heights and steps.
     """
-    blocks = checked_count("blocks", blocks, "")
+    blocks = checked_count("blocks", blocks)
     random = np.random.default_rng(seed)
     pitch, box = 30.0, created("box")
     parts = [floor(pitch * (blocks / 2 + 2), pitch * (blocks / 2 + 2))]
@@ -201,7 +198,7 @@ def grass(blades: int = 100_000, seed: int = 0) -> Scene:
     seed : int
         For places, sizes and bends.
     """
-    blades = checked_count("blades", blades, "")
+    blades = checked_count("blades", blades)
     random = np.random.default_rng(seed)
     side = 10.0
     root = np.zeros((blades, 3))
@@ -240,7 +237,7 @@ def needles(count: int = 2000, seed: int = 0) -> Scene:
     seed : int
         For places and tilts.
     """
-    count = checked_count("count", count, "needles")
+    count = checked_count("count", count)
     random = np.random.default_rng(seed)
     side = 10.0
     # A pyramid on a square foot: two triangles for the foot, four for the sides.
@@ -276,7 +273,7 @@ def terrain(cells: int = 1000, seed: int = 0) -> Scene:
     seed : int
         For the hills.
     """
-    cells = checked_count("cells", cells, "")
+    cells = checked_count("cells", cells)
     random = np.random.default_rng(seed)
     side = 1000.0
     x, z = np.meshgrid(*2 * [np.linspace(-side, side, cells + 1)], indexing="ij")

@@ -145,8 +145,7 @@ def measure(
     for name in names:
         if name not in MOTIONS:
             raise ValueError(f"motion must be one of {', '.join(MOTIONS)}, got {name!r}")
-    if count("frames", frames, "frames") < 2:
-        raise ValueError(f"frames must be at least 2, got {frames}")
+    frames = count("frames", frames, least=2)
     chosen = list(methods)
     rows = []
     for name in names:

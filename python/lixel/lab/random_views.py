@@ -84,13 +84,8 @@ def _out_of_view(
 def _in_view(random: np.random.Generator, scene: Scene, camera: Camera) -> npt.NDArray[np.float64]:
     """Inside the camera's pyramid, no farther than the scene is large."""
     column, row = random.uniform(0, 1, 2) * (camera.width, camera.height)
-    ray = np.array(
-        [
-            (column - camera.centre[0]) / camera.focal[0],
-            (camera.centre[1] - row) / camera.focal[1],
-            -1.0,
-        ]
-    )
+    (fx, fy), (cx, cy) = camera.focal, camera.centre
+    ray = np.array([(column - cx) / fx, (cy - row) / fy, -1.0])
     low, high = scene.bounds
     depth = random.uniform(0.02, 0.5) * float(np.linalg.norm(high - low))
     return np.asarray(camera.eye + depth * (camera.pose[:3, :3] @ ray))

@@ -129,12 +129,13 @@ def study(
     >>> table[["method", "resolution"]].values.tolist()
     [['uniform', 64], ['uniform', 128], ['rtw', 64], ['rtw', 128]]
     """
-    needs("pandas", "study")
-    repeats = count("repeats", repeats, "frames")
+    pandas = needs("pandas", "study")
+    repeats = count("repeats", repeats)
     cases = list(cases_of(scenes, cameras, lights, methods, parameters, size))
     log = Journal(None if journal is None else Path(journal), {case.key for case in cases})
     complete = _run(cases, repeats, executor, log, progress)
-    table = _table([row for case in cases for row in _rows(case, log.of(case.key))])
+    rows = [row for case in cases for row in _rows(case, log.of(case.key))]
+    table = pandas.DataFrame(rows, columns=_merged(rows))
     table.attrs["complete"] = complete
     return table
 
@@ -253,55 +254,42 @@ def _samples(task: Sequence[tuple[Case, int]]) -> list[Record]:
 # --- The table ---
 
 
-def _table(rows: Sequence[tuple[dict[str, Any], ...]]) -> pandas.DataFrame:
-    """Rows in parts as a table: part by part, so that a parameter that only the last method has is
-    beside the others."""
-    columns = [name for part in zip(*rows, strict=True) for name in _merged(part)]
-    cells = [{name: value for part in row for name, value in part.items()} for row in rows]
-    return needs("pandas", "study").DataFrame(cells, columns=columns)
-
-
-def _rows(case: Case, records: Sequence[Record]) -> Iterator[tuple[dict[str, Any], ...]]:
-    """A row for each device, in parts."""
+def _rows(case: Case, records: Sequence[Record]) -> Iterator[dict[str, Any]]:
+    """A row for each device."""
     by_device: dict[tuple[str, str], list[Record]] = defaultdict(list)
     for record in records:
         by_device[record.get("device", ""), record.get("driver", "")].append(record)
     for (device, driver), group in by_device.items():
         timed = [record for record in group if "pass_ms" in record]
         merged = {name: value for record in group for name, value in record.items()}
-        yield (
-            {
-                "scene": case.source.name,
-                "camera": case.camera_name,
-                "light": case.light_name,
-                "light_kind": type(case.light).__name__,
-                "method": case.method.name,
-            },
-            {name: _cell(value) for name, value in case.method.parameters().items()},
-            {
-                "width": case.camera.width,
-                "height": case.camera.height,
-                "triangles": case.triangles,
-                "repeats": len(timed),
-                **_spread_of("gpu_ms", [sum(record["pass_ms"].values()) for record in timed]),
-                **_spread_of("wall_ms", [record["wall_ms"] for record in timed]),
-            },
-            _medians([record["pass_ms"] for record in timed]),
-            merged.get("comparison", {}),
-            dict(_counters("stats", merged.get("stats", {}))),
-            {
-                "device": device,
-                "driver": driver,
-                "date": merged.get("date"),
-                "lixel": __version__,
-                "case": case.key,
-                "error": merged.get("error"),
-            },
-        )
+        yield {
+            "scene": case.source.name,
+            "camera": case.camera_name,
+            "light": case.light_name,
+            "light_kind": type(case.light).__name__,
+            "method": case.method.name,
+            **{name: _cell(value) for name, value in case.method.parameters().items()},
+            "width": case.camera.width,
+            "height": case.camera.height,
+            "triangles": case.triangles,
+            "repeats": len(timed),
+            **_spread_of("gpu_ms", [sum(record["pass_ms"].values()) for record in timed]),
+            **_spread_of("wall_ms", [record["wall_ms"] for record in timed]),
+            **_medians([record["pass_ms"] for record in timed]),
+            **merged.get("comparison", {}),
+            **dict(_counters("stats", merged.get("stats", {}))),
+            "device": device,
+            "driver": driver,
+            "date": merged.get("date"),
+            "lixel": __version__,
+            "case": case.key,
+            "error": merged.get("error"),
+        }
 
 
 def _merged(orders: Iterable[Iterable[str]]) -> list[str]:
-    """All names, each between its neighbours: passes in the order in which they run."""
+    """All names, each after the one before it in its row: a parameter that only the last method
+    has is beside the others, and passes are in the order in which they run."""
     merged: list[str] = []
     for order in orders:
         after = 0

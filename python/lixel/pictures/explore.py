@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._core import DeviceError
-from ..arguments import count, needs
+from ..arguments import needs, size
 from ..camera import Camera
 from ..compare import compare
 from ..default_view import DEFAULT_LIGHT, see_all
@@ -63,7 +63,7 @@ def explore(
         A wrong argument.
     """
     widgets = needs("ipywidgets", "notebook")
-    size = (count("width", width, "pixels"), count("height", height, "pixels"))
+    image = size(width, height)
     start_camera = camera or next(iter(scene.cameras.values()), None) or see_all(scene)
     start_light = light or next(iter(scene.lights.values()), None) or DEFAULT_LIGHT
     check_view(scene, start_camera, start_light)
@@ -83,7 +83,7 @@ def explore(
     words = widgets.HTML()
 
     def draw(_: object = None) -> None:
-        seen_from = _orbited(start_camera.resized(*size), scene, turn.value, closer.value)
+        seen_from = _orbited(start_camera.resized(*image), scene, turn.value, closer.value)
         lit_by = light_at()
         made: Any = METHODS[method.value]()
         if hasattr(made, "resolution"):
@@ -96,8 +96,8 @@ def explore(
             return
         found = compare(frame, reference(scene, seen_from, lit_by))
         shadows.value = display.png_bytes(found.picture())
-        shadow_map.value = _drawn(warp_plots.shadow_map, frame, len(frame.shadow_map), size[1])
-        grid.value = _drawn(warp_plots.warp_grid, frame, len(frame.warp_map), size[1])
+        shadow_map.value = _drawn(warp_plots.shadow_map, frame, len(frame.shadow_map), image[1])
+        grid.value = _drawn(warp_plots.warp_grid, frame, len(frame.warp_map), image[1])
         words.value = (
             f"{html.escape(str(found))}<br>{sum(frame.timings.values()):.1f} ms on "
             f"{html.escape(str(frame.adapter.get('name', '?')))}: "

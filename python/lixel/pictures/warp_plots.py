@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import count
 from ..frame import Frame
 from ..warps import unwarp_points, warp_points
 from .plots import axes_or_new
@@ -61,8 +62,7 @@ def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: in
         The frame has no warp in that layer, or there are fewer lines than two.
     """
     _check(frame, layer)
-    if lines < 2:
-        raise ValueError(f"lines must be at least 2, got {lines}")
+    lines = count("lines", lines, least=2)
     ax = axes_or_new(ax)
     ax.imshow(frame.importance_map[layer] > 0, extent=(0, 1, 1, 0), cmap="Greys", vmin=0, vmax=4)
     along = np.linspace(0, 1, 513)

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ... import _core
+from ...arguments import count
 from ...camera import Camera
 from ...compare import compare
 from ...frame import render_shadows
@@ -100,8 +101,7 @@ def measure(
     version, its median, least and greatest milliseconds, the number of frames, and the pixels that
     it misclassifies.
     """
-    if repeats < 1:
-        raise ValueError(f"repeats must be at least 1, got {repeats}")
+    repeats = count("repeats", repeats)
     if not isinstance(light, DirectionalLight):
         raise ValueError(f"light must be directional to compare renderers, got {light}")
     status("reference: casting rays on the CPU")
