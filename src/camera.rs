@@ -1,7 +1,7 @@
 //! The camera: a pinhole that looks along its own -Z (glTF's convention).
 
 use crate::error::{Result, ensure_value};
-use glam::{DMat4, DVec2, DVec3};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 
 /// A pinhole camera, in float64.
 ///
@@ -42,7 +42,7 @@ impl Camera {
         );
         let bottom = world_from_camera.transpose().w_axis;
         ensure_value!(
-            (bottom - glam::DVec4::W).abs().max_element() < 1e-9,
+            (bottom - DVec4::W).abs().max_element() < 1e-9,
             "camera pose must have the last row (0, 0, 0, 1), got {:?}",
             bottom.to_array()
         );
@@ -95,6 +95,11 @@ impl Camera {
 
     pub fn pixel_count(&self) -> usize {
         self.width as usize * self.height as usize
+    }
+
+    /// How far a homogeneous point is to the right of an eye, above it and ahead, as functions of the point.
+    pub fn rows_from(&self, eye: DVec3) -> [DVec4; 3] {
+        [self.right, self.up, self.forward].map(|axis| axis.extend(-axis.dot(eye)))
     }
 
     /// The ray through the centre of a pixel; its component along `forward` is 1, so that a point

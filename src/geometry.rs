@@ -1,7 +1,25 @@
 //! Plane geometry in float64: convex hulls and smallest rectangles.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
+
+/// Least and greatest of some numbers; infinite and the wrong way round where there is none.
+pub fn range_of(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    numbers.fold(none, |(least, greatest), x| (least.min(x), greatest.max(x)))
+}
+
+/// Least and greatest corner of points.
+pub fn bounds_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    points.fold(none, |(low, high), p| (low.min(p), high.max(p)))
+}
+
+/// Least and greatest corner of places in a plane.
+pub fn bounds_of_places(places: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
+    let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    places.fold(none, |(low, high), p| (low.min(p), high.max(p)))
+}
 
 /// Twice the signed area of a triangle, its sign exact: positive where it turns to the left.
 fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
@@ -59,12 +77,8 @@ pub struct Rectangle {
 impl Rectangle {
     /// The smallest with that axis around points, at least one.
     fn around(points: &[DVec2], axis: DVec2) -> Self {
-        let seen = points
-            .iter()
-            .map(|&p| DVec2::new(axis.dot(p), axis.perp_dot(p)));
-        let (low, high) = seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+        let points = points.iter();
+        let (low, high) = bounds_of_places(points.map(|&p| (axis.dot(p), axis.perp_dot(p)).into()));
         let middle = 0.5 * (low + high);
         Self {
             centre: axis * middle.x + axis.perp() * middle.y,

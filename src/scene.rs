@@ -2,6 +2,7 @@
 
 use crate::edge_directions::EdgeDirections;
 use crate::error::{Result, ensure_value};
+use crate::geometry::bounds_of;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::OnceLock;
@@ -139,15 +140,11 @@ impl Derived {
                 unit_normal(a, b, c).as_vec3()
             })
             .collect();
+        let none = || bounds_of(std::iter::empty());
         let bounds = triangles
             .par_iter()
-            .fold(empty_bounds, |bounds, t| {
-                t.iter().fold(bounds, |(low, high), &i| {
-                    let v = vertices[i as usize];
-                    (low.min(v), high.max(v))
-                })
-            })
-            .reduce(empty_bounds, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+            .map(|t| bounds_of(t.iter().map(|&i| vertices[i as usize])))
+            .reduce(none, |a, b| (a.0.min(b.0), a.1.max(b.1)));
         let degenerate_count = unit_normals
             .par_iter()
             .filter(|n| **n == Vec3::ZERO)
@@ -159,10 +156,6 @@ impl Derived {
             edge_directions: OnceLock::new(),
         })
     }
-}
-
-fn empty_bounds() -> (DVec3, DVec3) {
-    (DVec3::INFINITY, DVec3::NEG_INFINITY)
 }
 
 /// Unit normal by the right-hand rule, zero where the area is zero.

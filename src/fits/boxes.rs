@@ -100,15 +100,10 @@ pub fn layers_of_light(setting: Setting) -> Vec<Layer> {
 }
 
 /// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
-pub fn parallel_layer(
-    Setting {
-        scene,
-        camera,
-        light,
-    }: Setting,
-) -> Layer {
-    let direction = -light.vector_from_point(camera.eye);
-    Layer::everywhere(parallel_off_edges(scene, axes_at(camera.eye, direction)))
+pub fn parallel_layer(setting: Setting) -> Layer {
+    let eye = setting.camera.eye;
+    let axes = axes_at(eye, -setting.light.vector_from_point(eye));
+    Layer::everywhere(parallel_off_edges(setting.scene, axes))
 }
 
 /// Each layer, given by its axes, as a map; those without receivers are left out.
@@ -180,6 +175,15 @@ fn parallel_box(
     parallel::fit_box(axes, (low, high), casters.0.z - rounding, resolution)
 }
 
+/// How far a receiver may be from the middle of the plane of central axes. The unit square holds a pyramid or half of
+/// space.
+pub fn widest_place(setting: Setting, axes: &Projection, region: &Region) -> f64 {
+    match setting.light.cone() {
+        Some(cone) if region.is_everywhere() => axes.kind.plane_radius(cone.cosine.acos()),
+        _ => 1.0,
+    }
+}
+
 fn central_map(
     setting: Setting,
     axes: &Projection,
@@ -188,11 +192,7 @@ fn central_map(
     cut: Cut,
     resolution: u32,
 ) -> Projection {
-    // The unit square of the plane holds a pyramid or half of space.
-    let widest = match setting.light.cone() {
-        Some(cone) if region.is_everywhere() => axes.kind.plane_radius(cone.cosine.acos()),
-        _ => 1.0,
-    };
+    let widest = widest_place(setting, axes, region);
     let distances = (setting.camera.eye - axes.origin).length() + corners.1.z;
     let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
     match cut {

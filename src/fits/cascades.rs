@@ -48,12 +48,8 @@ pub fn fit_cascades(
 ) -> Result<Vec<Layer>> {
     let depths = split_depths(receivers, slabs)?;
     let layers = slab_layers(receivers.setting(), &depths);
-    cut_layers(
-        receivers,
-        layers,
-        Cut::Receivers.snapped_where(slabs.snaps),
-        resolution,
-    )
+    let cut = Cut::Receivers.snapped_where(slabs.snaps);
+    cut_layers(receivers, layers, cut, resolution)
 }
 
 /// Depths along the viewing direction between one slab and the next, ascending.
@@ -74,17 +70,12 @@ fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result
         });
     }
     let Setting { scene, camera, .. } = receivers.setting();
-    let corners = visible_part(camera, scene.bounds());
-    let depths = corners
-        .iter()
-        .map(|c| (*c - camera.eye).dot(camera.forward));
-    let far = depths.fold(camera.znear, f64::max);
-    Ok(splits_between(
-        (camera.znear, far),
-        count,
-        splits,
-        slabs.weight,
-    ))
+    let sights = visible_part(camera, scene.bounds())
+        .into_iter()
+        .map(|c| c - camera.eye);
+    let depths = sights.map(|sight| sight.dot(camera.forward));
+    let near_and_far = (camera.znear, depths.fold(camera.znear, f64::max));
+    Ok(splits_between(near_and_far, count, splits, slabs.weight))
 }
 
 /// Between two depths; `weight` is that of the logarithmic in the practical splits.

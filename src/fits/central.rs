@@ -1,7 +1,7 @@
 //! Fits of central projections, for lights with a position.
 
 use super::layer::Layer;
-use super::parallel::light_axes;
+use super::parallel::axes_at;
 use super::receivers::Setting;
 use super::snapping::snapped;
 use crate::camera::Camera;
@@ -21,25 +21,7 @@ const WIDEST_PERSPECTIVE: f64 = 1.2;
 const MAX_TOUCHED: usize = 30;
 const STEPS_TO_MIDDLE: u32 = 400;
 
-/// Axes without a size: perspective or paraboloid with one texel to the unit, y down.
-pub fn central_axes(kind: impl Into<Kind>, origin: DVec3, direction: DVec3) -> Projection {
-    let (right, up, forward) = light_axes(direction);
-    Projection {
-        kind: kind.into(),
-        origin,
-        x_axis: right,
-        y_axis: -up,
-        z_axis: forward,
-        centre: DVec2::ZERO,
-        width: 1,
-        height: 1,
-        near: NEAR_SHARE,
-        far: 1.0,
-        normalizes_depth: true,
-    }
-}
-
-/// Axes whose depths end at the farthest corner of a box of the world.
+/// Axes of a kind with one texel to the unit, whose depths end at the farthest corner of a box of the world.
 pub fn axes_for_scene(
     kind: impl Into<Kind>,
     origin: DVec3,
@@ -49,9 +31,11 @@ pub fn axes_for_scene(
     let farthest = (origin - low).abs().max((origin - high).abs()).length();
     let far = farthest.max(f64::MIN_POSITIVE.sqrt());
     Projection {
+        kind: kind.into(),
         near: NEAR_SHARE * far,
         far,
-        ..central_axes(kind, origin, direction)
+        normalizes_depth: true,
+        ..axes_at(origin, direction)
     }
 }
 
@@ -72,12 +56,8 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
             z_axis: cube * axes.z_axis,
             ..axes
         };
-        let sides = [
-            projection.x_axis,
-            -projection.x_axis,
-            projection.y_axis,
-            -projection.y_axis,
-        ];
+        let (x, y) = (projection.x_axis, projection.y_axis);
+        let sides = [x, -x, y, -y];
         let half_spaces = sides.map(|side| HalfSpace {
             origin: position,
             normal: (projection.z_axis + side).normalize(),
@@ -136,10 +116,9 @@ pub fn fit_box(
     let room = (rounding / nearest).clamp(1e-7, 1e-3) * widest.max(1.0);
     let low_place = low.truncate().clamp(-limit, limit) - room;
     let high_place = high.truncate().clamp(-limit, limit) + room;
-    let (low_place, high_place) = if snaps {
-        snapped((low_place, high_place), resolution)
-    } else {
-        (low_place, high_place)
+    let (low_place, high_place) = match snaps {
+        true => snapped((low_place, high_place), resolution),
+        false => (low_place, high_place),
     };
     let middle = 0.5 * (low_place + high_place);
     let texels_per_unit = f64::from(resolution) / (high_place - low_place);

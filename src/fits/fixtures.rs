@@ -64,7 +64,7 @@ pub fn bundles() -> Vec<RayBundle> {
 
 pub fn seen(rays: &RayBundle, camera: &Camera) -> (Vec<Sample>, Hull) {
     let facing = surfaces(camera).into_iter().filter(|(point, normal)| {
-        let light = rays.light();
+        let light = rays.light;
         normal.dot(light.truncate() - *point * light.w) * (light.w - 0.5) > 1e-3
     });
     let samples: Vec<_> = facing

@@ -1,7 +1,7 @@
 //! The hull of the rays that a map must hold, and the matrices that focus the map on it.
 
 use super::light_matrix::{LightMatrix, product};
-use crate::geometry::convex_hull;
+use crate::geometry::{bounds_of_places, convex_hull, range_of};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// The rays that a map must hold, as the corners of their convex hull in the plane of an axis.
@@ -19,13 +19,11 @@ impl Hull {
     pub fn new(axis: DVec3, rays: impl Iterator<Item = DVec3>) -> Option<Self> {
         let [x, y] = across(axis);
         let mut places = Vec::new();
-        let mut depths = (f64::INFINITY, 0.0_f64);
         for ray in rays {
             let w = axis.dot(ray);
             if w.is_nan() || w <= 0.0 {
                 return None;
             }
-            depths = (depths.0.min(w), depths.1.max(w));
             places.push(DVec2::new(x.dot(ray), y.dot(ray)) / w);
         }
         if !places.iter().all(|place| place.is_finite()) {
@@ -41,15 +39,15 @@ impl Hull {
     /// The corners' places after a matrix, if all are before its horizon; the hull of rays is that of their places
     /// through any matrix that has all of them in front.
     fn places(&self, view: LightMatrix) -> Option<Vec<DVec2>> {
+        let is_even = self.is_even(view, MAX_STRETCH);
+        is_even.then(|| self.corners.iter().map(|ray| view.place(*ray)).collect())
+    }
+
+    /// Whether no corner's depth is more than so many times another's, and none is behind the horizon.
+    pub fn is_even(&self, view: LightMatrix, most: f64) -> bool {
         let depths = self.corners.iter().map(|corner| view.w.dot(*corner));
-        let (least, greatest) = depths
-            .fold((f64::INFINITY, 0.0_f64), |(least, greatest), depth| {
-                (least.min(depth), greatest.max(depth))
-            });
-        if least.is_nan() || least * MAX_STRETCH <= greatest {
-            return None;
-        }
-        Some(self.corners.iter().map(|ray| view.place(*ray)).collect())
+        let (least, greatest) = range_of(depths);
+        least * most > greatest.max(0.0)
     }
 
     /// `focus * view`: the map is the smallest parallelogram that the paper finds around the hull, seen along an
@@ -134,12 +132,10 @@ struct Parallelogram {
 
 impl Parallelogram {
     fn around(points: &[DVec2], axis: DVec2, shear: f64) -> Self {
-        let bounds = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let (low, high) = points.iter().fold(bounds, |(low, high), &p| {
+        let (low, high) = bounds_of_places(points.iter().map(|&p| {
             let y = axis.perp_dot(p);
-            let seen = DVec2::new(axis.dot(p) + shear * y, y);
-            (low.min(seen), high.max(seen))
-        });
+            DVec2::new(axis.dot(p) + shear * y, y)
+        }));
         Self {
             axis,
             shear,

@@ -9,12 +9,12 @@ use super::central::{
     smallest_cone_axis,
 };
 use super::layer::Layer;
-use super::parallel::{self, axes_at, bounds_of, projected_box};
+use super::parallel::{self, axes_at, projected_box};
 use super::receivers::{OutlinePoints, ReceiverQueries, Setting};
 use super::rotation::{cheapest, paraboloid_off_edges, quarter_in, turned, turned_place};
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::geometry::smallest_rectangle;
+use crate::geometry::{bounds_of, smallest_rectangle};
 use crate::projection::{Paraboloid, Projection};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;

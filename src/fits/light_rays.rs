@@ -16,7 +16,7 @@ pub struct RayBundle {
     axes: DMat3,
     constant: DVec3,
     /// The point, finite or at infinity, that all rays go through.
-    light: DVec4,
+    pub light: DVec4,
 }
 
 impl RayBundle {
@@ -74,10 +74,6 @@ impl RayBundle {
         let columns = self.world_from_ray();
         let over_rays = |row: DVec4| DVec3::from(columns.map(|column| row.dot(column)));
         [0, 1, 3].map(|i| over_rays(shadow_from_world.row(i)))
-    }
-
-    pub fn light(&self) -> DVec4 {
-        self.light
     }
 
     /// Rows over rays as functions of homogeneous points in the world.

@@ -9,6 +9,7 @@ use super::hull::MapSize;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::subject::Subject;
 use crate::camera::Camera;
+use crate::geometry::range_of;
 use glam::{DMat3, DVec2, DVec3};
 
 /// The near end z_n of the frustum is no less than this share of the farthest depth: a frustum that begins at the eye
@@ -41,14 +42,11 @@ pub fn light_space_perspective(
         return None;
     }
     let place = |ray: &DVec3| ray.truncate() / ray.z;
-    let corners = subject.hull.corners.iter().map(place);
-    let along_view: Vec<_> = corners.map(|place| view_direction.dot(place)).collect();
-    let start = along_view.iter().copied().fold(f64::INFINITY, f64::min);
-    let extent = along_view.iter().map(|place| place - start);
-    let extent = extent.fold(0.0, f64::max);
+    let places = subject.hull.corners.iter().map(place);
+    let (start, end) = range_of(places.map(|place| view_direction.dot(place)));
     let (z_near, farthest) = subject.depths(camera);
     let z_near = z_near.max(NEAREST * farthest);
-    let z_far = z_near + extent / scale * sine;
+    let z_far = z_near + (end - start) / scale * sine;
     // The optimal distance of the apex before the frustum (section 4.2), n = (z_n + sqrt(z_n z_f)) / sin(gamma).
     let distance = (z_near + (z_near * z_far).sqrt()) / sine * scale;
     let eye = rays.ray_from_point(camera.eye);

@@ -5,12 +5,13 @@ use super::central::{axes_for_scene, cube_faces};
 use super::hull::MapSize;
 use super::layer::Layer;
 use super::light_matrix::LightMatrix;
-use super::parallel::{axes_at, bounds_of, projected_box};
+use super::parallel::{axes_at, projected_box};
 use super::receivers::{ReceiverQueries, Setting};
 use super::samples::SampledReceivers;
 use super::subject::Subject;
 use crate::error::Result;
 use crate::frustum::visible_part;
+use crate::geometry::bounds_of;
 use crate::projection::{Homography, Perspective, Projection};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3, DVec4};
@@ -41,6 +42,16 @@ pub struct Part {
     pub samples: Vec<usize>,
 }
 
+impl Part {
+    fn everywhere(subject: Subject, samples: Vec<usize>) -> Self {
+        Self {
+            subject,
+            region: Region::EVERYWHERE,
+            samples,
+        }
+    }
+}
+
 /// The parts of some of the samples, one map each: one part for parallel rays and for a light that has
 /// all in front of it, else those faces of a cube around it that hold any.
 pub fn parts_of_receivers(
@@ -49,20 +60,15 @@ pub fn parts_of_receivers(
     chosen: Vec<usize>,
 ) -> Vec<Part> {
     let setting = receivers.setting();
-    let points: Vec<_> = chosen.iter().map(|&i| samples.points[i]).collect();
-    if let Some(subject) = Subject::new(setting.light, points) {
-        return vec![Part {
-            subject,
-            region: Region::EVERYWHERE,
-            samples: chosen,
-        }];
+    let points_of = |chosen: &[usize]| chosen.iter().map(|&i| samples.points[i]).collect();
+    if let Some(subject) = Subject::new(setting.light, points_of(&chosen)) {
+        return vec![Part::everywhere(subject, chosen)];
     }
     let mut parts = Vec::new();
     for Layer { projection, region } in faces(setting) {
         let is_inside = |&i: &usize| region.contains(samples.points[i]);
         let own: Vec<_> = chosen.iter().copied().filter(is_inside).collect();
-        let points: Vec<_> = own.iter().map(|&i| samples.points[i]).collect();
-        match Subject::central(projection.origin, projection.z_axis, points) {
+        match Subject::central(projection.origin, projection.z_axis, points_of(&own)) {
             Some(subject) => parts.push(Part {
                 subject,
                 region,
@@ -77,28 +83,18 @@ pub fn parts_of_receivers(
 fn parts_of_frustum(setting: Setting) -> Vec<Part> {
     let corners = visible_part(setting.camera, setting.scene.bounds());
     if let Some(subject) = Subject::new(setting.light, corners) {
-        return vec![Part {
-            subject,
-            region: Region::EVERYWHERE,
-            samples: vec![],
-        }];
+        return vec![Part::everywhere(subject, vec![])];
     }
     // Each face as it is.
     let whole = faces(setting)
         .into_iter()
         .filter_map(|Layer { projection, region }| {
-            let Projection {
-                origin,
-                x_axis,
-                y_axis,
-                z_axis,
-                ..
-            } = projection;
-            let sides = [x_axis + y_axis, x_axis - y_axis];
+            let (origin, forward) = (projection.origin, projection.z_axis);
+            let sides = [-projection.y_axis, projection.y_axis].map(|y| projection.x_axis - y);
             let corners = sides.into_iter().flat_map(|side| [side, -side]);
-            let points = corners.map(|side| origin + (z_axis + side) * projection.far);
+            let points = corners.map(|side| origin + (forward + side) * projection.far);
             Some(Part {
-                subject: Subject::central(origin, z_axis, points.collect())?,
+                subject: Subject::central(origin, forward, points.collect())?,
                 region,
                 samples: vec![],
             })
@@ -180,7 +176,7 @@ pub fn projection(
             ..axes_for_scene(Perspective, position, z_axis / length, bounds)
         };
     }
-    let direction = subject.rays.light().truncate();
+    let direction = subject.rays.light.truncate();
     // Around the eye float32 resolves what the camera sees best.
     let axes = axes_at(setting.camera.eye, direction);
     let columns = [axes.x_axis, axes.y_axis]

@@ -1,29 +1,24 @@
 //! Fits of parallel projections, for directional lights.
 
+use crate::geometry::bounds_of;
 use crate::projection::{Parallel, Projection};
 use glam::{DVec2, DVec3};
 
-/// Right, up and forward of a directional light, world units; `forward` is its direction. The world's
-/// Y is up in the map, Z where the light looks along Y.
-pub fn light_axes(direction: DVec3) -> (DVec3, DVec3, DVec3) {
+/// Axes without a size: projection space in world units around `origin`, y down. The world's Y is up in the map, Z where
+/// the light looks along Y.
+pub fn axes_at(origin: DVec3, direction: DVec3) -> Projection {
     let world_up = if direction.y.abs() < 0.99 {
         DVec3::Y
     } else {
         DVec3::Z
     };
     let right = direction.cross(world_up).normalize();
-    (right, right.cross(direction), direction)
-}
-
-/// Axes without a size: projection space in world units around `origin`, y down.
-pub fn axes_at(origin: DVec3, direction: DVec3) -> Projection {
-    let (right, up, forward) = light_axes(direction);
     Projection {
         kind: Parallel.into(),
         origin,
         x_axis: right,
-        y_axis: -up,
-        z_axis: forward,
+        y_axis: -right.cross(direction),
+        z_axis: direction,
         centre: DVec2::ZERO,
         width: 1,
         height: 1,
@@ -44,14 +39,6 @@ pub fn projected_box(axes: &Projection, (low, high): (DVec3, DVec3)) -> (DVec3, 
         ))
     });
     bounds_of(corners)
-}
-
-/// Least and greatest corner of points.
-pub fn bounds_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
-    points.fold(
-        (DVec3::INFINITY, DVec3::NEG_INFINITY),
-        |(low, high), point| (low.min(point), high.max(point)),
-    )
 }
 
 /// The map whose sides are the box's, `resolution` texels each; the box has a size, and room for rounding

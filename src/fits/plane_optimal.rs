@@ -7,20 +7,17 @@
 use super::hull::{Hull, MapSize};
 use super::light_matrix::{LightMatrix, product};
 use super::matrix_layers::Extent;
-use super::psm::MAX_PERSPECTIVE;
+use super::psm::{MAX_PERSPECTIVE, from_rows};
 use super::subject::Subject;
 use crate::camera::Camera;
+use crate::geometry::bounds_of;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
 /// The plane, as a function of homogeneous points, that most points of surfaces lie in.
 pub fn dominant_plane(points: &[DVec3], normals: &[DVec3]) -> Option<DVec4> {
     let step = points.len().div_ceil(CANDIDATES).max(1);
-    let size = points
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| {
-            (l.min(*p), h.max(*p))
-        });
-    let tolerance = 1e-3 * (size.1 - size.0).length();
+    let (low, high) = bounds_of(points.iter().copied());
+    let tolerance = 1e-3 * (high - low).length();
     let candidates = points.iter().zip(normals).step_by(step);
     let votes = candidates.map(|(point, normal)| {
         let plane = normal.extend(-normal.dot(*point));
@@ -46,19 +43,14 @@ pub fn plane_optimal(
     size: MapSize,
 ) -> Option<LightMatrix> {
     let rays = &subject.rays;
-    let light = rays.light();
+    let light = rays.light;
     let height = plane.dot(light);
     if height.abs() < 1e-6 * light.length() * plane.truncate().length() {
         return None;
     }
-    let row = |axis: DVec3| axis.extend(-axis.dot(camera.eye));
-    let image = DMat4::from_cols(
-        row(camera.right) * camera.focal.x,
-        row(-camera.up) * camera.focal.y,
-        DVec4::ZERO,
-        row(camera.forward),
-    )
-    .transpose();
+    let [right, up, forward] = camera.rows_from(camera.eye);
+    let (column, row) = (right * camera.focal.x, -up * camera.focal.y);
+    let image = from_rows([column, row, DVec4::ZERO, forward]);
     let shadow_from_world = after_shadow_on(plane, light, image);
     let [x, y, w] = rays.map_from_ray(shadow_from_world);
     let [x, y, w] = [x, y, w].map(|row| row / w.length());

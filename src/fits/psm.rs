@@ -24,11 +24,7 @@ pub fn perspective(subject: &Subject, camera: &Camera, size: MapSize) -> Option<
     STEPS_BACK.into_iter().find_map(|step| {
         let camera = camera_after_step_back(camera, step * (far - near), (near, far));
         let map_from_ray = seen_by_light(subject, camera)?;
-        let corners = subject.hull.corners.iter();
-        let depths = corners.map(|corner| map_from_ray.w.dot(*corner));
-        let bounds = (f64::INFINITY, 0.0_f64);
-        let (least, greatest) = depths.fold(bounds, |(l, g), depth| (l.min(depth), g.max(depth)));
-        let is_even = least * MAX_PERSPECTIVE > greatest;
+        let is_even = subject.hull.is_even(map_from_ray, MAX_PERSPECTIVE);
         is_even.then(|| subject.hull.boxed(map_from_ray, size))?
     })
 }
@@ -37,13 +33,8 @@ pub fn perspective(subject: &Subject, camera: &Camera, size: MapSize) -> Option<
 fn camera_after_step_back(camera: &Camera, step_back: f64, (near, far): (f64, f64)) -> DMat4 {
     let eye = camera.eye - camera.forward * step_back;
     let (near, far) = (near + step_back, far + step_back);
-    let row = |axis: DVec3| axis.extend(-axis.dot(eye));
-    let view = from_rows([
-        row(camera.right),
-        row(camera.up),
-        row(camera.forward),
-        DVec4::W,
-    ]);
+    let [right, up, forward] = camera.rows_from(eye);
+    let view = from_rows([right, up, forward, DVec4::W]);
     let scale = far / (far - near);
     let projection = from_rows([
         DVec4::X * camera.focal.x,
@@ -59,7 +50,7 @@ fn camera_after_step_back(camera: &Camera, step_back: f64, (near, far): (f64, f6
 
 /// `light_projection * light_view * camera`, over rays.
 fn seen_by_light(subject: &Subject, camera: DMat4) -> Option<LightMatrix> {
-    let light = camera * subject.rays.light();
+    let light = camera * subject.rays.light;
     let middle = subject.middle();
     let centre = camera * middle.extend(1.0);
     let centre = centre.truncate() / centre.w;
@@ -93,6 +84,6 @@ fn seen_by_light(subject: &Subject, camera: DMat4) -> Option<LightMatrix> {
     })
 }
 
-fn from_rows([x, y, z, w]: [DVec4; 4]) -> DMat4 {
+pub fn from_rows([x, y, z, w]: [DVec4; 4]) -> DMat4 {
     DMat4::from_cols(x, y, z, w).transpose()
 }

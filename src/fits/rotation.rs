@@ -7,7 +7,8 @@
 //! a paraboloid that looks at the receivers depends on them, too.
 
 use super::central::places_of;
-use super::parallel::{bounds_of, projected_box};
+use super::parallel::projected_box;
+use crate::geometry::bounds_of_places;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use glam::{DMat3, DVec2, DVec3, EulerRot};
@@ -64,8 +65,8 @@ pub fn paraboloid_off_edges(scene: &Scene, axes: &Projection, directions: &[DVec
     let sights: Vec<_> = directions.iter().step_by(step).collect();
     let cost = |&right: &DVec2| {
         let turned_places = places.iter().map(|&place| turned_place(place, right));
-        let (low, high) = bounds_of(turned_places.map(|place| place.extend(0.0)));
-        let area = (high - low).truncate().element_product();
+        let (low, high) = bounds_of_places(turned_places);
+        let area = (high - low).element_product();
         let axes = turned(axes, right);
         let alignments = sights.iter().map(|sight| {
             let [x, y] = axes_at_direction(&axes, sight.normalize());
@@ -133,10 +134,12 @@ fn quarter_turned(direction: DVec2) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fits::central::central_axes;
+    use crate::fits::central::axes_for_scene;
     use crate::fits::parallel::axes_at;
     use crate::projection::Paraboloid;
     use glam::DQuat;
+
+    const BOX: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
 
     /// A square of two triangles.
     fn square(corner: DVec3, sides: [DVec3; 2]) -> [[DVec3; 3]; 2] {
@@ -177,10 +180,11 @@ mod tests {
             (0..9).map(|i| square(DVec3::X * f64::from(i), [DVec3::X * 0.1, DVec3::Y * 8.0]));
         let scene = scene_of(&bars.flatten().collect::<Vec<_>>());
         // Far from its axis, where its own axes are not those of its map.
-        let axes = central_axes(
+        let axes = axes_for_scene(
             Paraboloid::UNIT,
             DVec3::ZERO,
             DVec3::new(0.9, 0.5, 0.2).normalize(),
+            BOX,
         );
         let sights: Vec<_> = (0..900)
             .map(|i| {
@@ -203,10 +207,11 @@ mod tests {
 
     #[test]
     fn a_paraboloid_reflects_its_axes() {
-        let axes = central_axes(
+        let axes = axes_for_scene(
             Paraboloid::UNIT,
             DVec3::ONE,
             DVec3::new(0.3, -0.8, 0.5).normalize(),
+            BOX,
         );
         for place in [DVec2::ZERO, DVec2::new(0.4, -0.7), DVec2::new(-1.9, 0.2)] {
             let sight = axes.ray_from_texel(place).1.normalize();

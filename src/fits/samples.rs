@@ -26,10 +26,8 @@ impl SampledReceivers {
     pub fn new(scene: &Scene, light: &Light, camera: Camera, triangles: &[i32]) -> Self {
         let (points, normals, depths) = surface(scene, &camera, triangles);
         let points: Vec<_> = points.into_iter().map(DVec3::from).collect();
-        let normals: Vec<_> = normals
-            .into_iter()
-            .map(|normal| DVec3::from(normal.map(f64::from)))
-            .collect();
+        let normals = normals.into_iter().map(|n| DVec3::from(n.map(f64::from)));
+        let normals: Vec<_> = normals.collect();
         let faces = |(point, normal): (&DVec3, &DVec3)| {
             let to_light = light.vector_from_point(*point);
             let is_reached = light
@@ -65,26 +63,19 @@ impl SampledReceivers {
 
     /// The samples to the left and right, above and below.
     pub fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> {
-        self.neighbours_across(index)
-            .into_iter()
-            .flatten()
-            .flatten()
+        let pairs = self.neighbours_across(index).into_iter();
+        pairs.flatten().flatten()
     }
 
     /// Those to the left and right, then those above and below.
     fn neighbours_across(&self, index: usize) -> [[Option<usize>; 2]; 2] {
         let (width, height) = (self.camera.width as usize, self.camera.height as usize);
         let (row, column) = (index / width, index % width);
-        [
-            [
-                (column > 0).then(|| index - 1),
-                (column + 1 < width).then_some(index + 1),
-            ],
-            [
-                (row > 0).then(|| index - width),
-                (row + 1 < height).then_some(index + width),
-            ],
-        ]
+        let pair = |place: usize, count: usize, step: usize| {
+            let before = (place > 0).then(|| index - step);
+            [before, (place + 1 < count).then_some(index + step)]
+        };
+        [pair(column, width, 1), pair(row, height, width)]
     }
 
     /// Whether the depth changes as a plane's does, so that its derivatives tell of the neighbourhood:

@@ -30,15 +30,8 @@ fn snapped_interval((low, high): (f64, f64), texels: u32) -> (f64, f64) {
     let texel = stepped(((high - low) / room).max(least));
     let first = (low / texel).floor() * texel;
     // A single texel cannot both begin at a multiple of its size and hold whatever it should.
-    let count = f64::from(texels);
-    (
-        first,
-        if texels > 1 {
-            first + count * texel
-        } else {
-            high.max(first + texel)
-        },
-    )
+    let last = first + f64::from(texels) * texel;
+    (first, if texels > 1 { last } else { high.max(last) })
 }
 
 #[cfg(test)]

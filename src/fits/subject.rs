@@ -4,6 +4,7 @@ use super::hull::{Hull, MapSize};
 use super::light_matrix::LightMatrix;
 use super::light_rays::RayBundle;
 use crate::camera::Camera;
+use crate::geometry::range_of;
 use crate::light::Light;
 use glam::DVec3;
 
@@ -72,12 +73,8 @@ impl Subject {
 
     /// Least and greatest depth along the viewing direction, not nearer than the near plane.
     pub fn depths(&self, camera: &Camera) -> (f64, f64) {
-        let depths = self
-            .points
-            .iter()
-            .map(|p| (*p - camera.eye).dot(camera.forward));
-        let bounds = (f64::INFINITY, f64::NEG_INFINITY);
-        let (least, greatest) = depths.fold(bounds, |(l, g), depth| (l.min(depth), g.max(depth)));
+        let sights = self.points.iter().map(|p| *p - camera.eye);
+        let (least, greatest) = range_of(sights.map(|sight| sight.dot(camera.forward)));
         let least = least.max(camera.znear);
         (least, greatest.max(least))
     }

@@ -1,10 +1,12 @@
 //! Uniform maps: over the whole scene, whatever the camera sees.
 
-use super::central::{cone_layer, cube_faces, fit_square};
+use super::boxes::{layers_of_light, widest_place};
+use super::central::fit_square;
 use super::layer::Layer;
-use super::parallel::{axes_at, bounds_of, fit_box};
+use super::parallel::{axes_at, fit_box};
 use super::receivers::Setting;
 use super::rotation::parallel_off_edges;
+use crate::geometry::bounds_of;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -17,31 +19,17 @@ pub fn fit_scene(setting: Setting, resolution: u32) -> Vec<Layer> {
         camera,
         light,
     } = setting;
-    match (light.position(), light.cone()) {
-        (None, _) => {
+    let whole = |Layer { projection, region }| {
+        let projection = if projection.kind.is_central() {
+            let widest = 1.001 * widest_place(setting, &projection, &region);
+            fit_square(&projection, widest, projection.far, resolution)
+        } else {
             let direction = -light.vector_from_point(camera.eye);
-            let projection = fit_uniform(scene, camera.eye, direction, resolution);
-            vec![Layer::everywhere(projection)]
-        }
-        (Some(position), Some(cone)) => {
-            let layer = cone_layer(position, cone, scene.bounds());
-            let radius = layer.projection.kind.plane_radius(cone.cosine.acos());
-            vec![whole(layer, 1.001 * radius, resolution)]
-        }
-        (Some(position), None) => {
-            let faces = cube_faces(position, scene.bounds()).into_iter();
-            faces.map(|face| whole(face, 1.001, resolution)).collect()
-        }
-    }
-}
-
-/// The layer with its whole plane in the map.
-fn whole(layer: Layer, widest: f64, resolution: u32) -> Layer {
-    let axes = &layer.projection;
-    Layer {
-        projection: fit_square(axes, widest, axes.far, resolution),
-        region: layer.region,
-    }
+            fit_uniform(scene, camera.eye, direction, resolution)
+        };
+        Layer { projection, region }
+    };
+    layers_of_light(setting).into_iter().map(whole).collect()
 }
 
 /// The map over the box of the casters: also what effective resolutions are measured by.
@@ -49,21 +37,13 @@ pub fn fit_uniform(scene: &Scene, eye: DVec3, direction: DVec3, resolution: u32)
     let (low, high) = scene.bounds();
     let axes = parallel_off_edges(scene, axes_at(0.5 * low + 0.5 * high, direction));
     let vertices = scene.vertices();
-    let bounds = scene
-        .triangles()
-        .par_chunks(4096)
-        .map(|triangles| {
-            bounds_of(
-                triangles
-                    .iter()
-                    .flatten()
-                    .map(|&i| axes.projected_from_point(vertices[i as usize])),
-            )
-        })
-        .reduce(
-            || (DVec3::INFINITY, DVec3::NEG_INFINITY),
-            |a, b| (a.0.min(b.0), a.1.max(b.1)),
-        );
+    let projected = |&i: &u32| axes.projected_from_point(vertices[i as usize]);
+    let chunks = scene.triangles().par_chunks(4096);
+    let boxes = chunks.map(|chunk| bounds_of(chunk.as_flattened().iter().map(projected)));
+    let bounds = boxes.reduce(
+        || (DVec3::INFINITY, DVec3::NEG_INFINITY),
+        |a, b| (a.0.min(b.0), a.1.max(b.1)),
+    );
     let rounding = f64::from(f32::EPSILON) * ((high - low).length() + (eye - axes.origin).length());
     let (low, high) = (bounds.0 - rounding, bounds.1 + rounding);
     fit_box(&axes, (low, high), low.z, resolution)

@@ -11,11 +11,11 @@ use crate::gpu;
 use crate::gpu::passes::LABELS;
 use crate::methods::scene_optimized;
 use crate::reference::{self, Reference};
-use numpy::ndarray::{Array2, Array3};
-use numpy::{PyArray2, PyArray3, PyReadonlyArray2, ToPyArray};
+use numpy::ndarray::{Array, Dimension, StrideShape};
+use numpy::{PyArray, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{IntoPyDict, PyDict, PyTuple};
 use std::sync::atomic::{AtomicU32, Ordering};
 use world::{PyCamera, PyLight, PyScene};
 
@@ -66,7 +66,7 @@ fn surface<'py>(
     triangle_id: PyReadonlyArray2<i32>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     check_process()?;
-    let shape = (camera.0.height as usize, camera.0.width as usize);
+    let shape = camera.shape();
     let triangle_id = triangle_id.as_array();
     let scene = scene.read();
     let count = scene.triangles().len();
@@ -85,23 +85,13 @@ fn surface<'py>(
     let triangle_id: Vec<i32> = triangle_id.iter().copied().collect();
     let (positions, normals, depths) =
         py.detach(|| reference::surface(&scene, &camera.0, &triangle_id));
+    let vectors = (shape.0, shape.1, 3);
     (
-        vectors(py, shape, positions),
-        vectors(py, shape, normals),
-        image(py, shape, depths),
+        array(py, vectors, positions.into_flattened()),
+        array(py, vectors, normals.into_flattened()),
+        array(py, shape, depths),
     )
         .into_pyobject(py)
-}
-
-/// Vectors of pixels as an array (H, W, 3).
-fn vectors<T: numpy::Element>(
-    py: Python<'_>,
-    (height, width): (usize, usize),
-    pixels: Vec<[T; 3]>,
-) -> Bound<'_, PyArray3<T>> {
-    let flat: Vec<T> = pixels.into_iter().flatten().collect();
-    let array = Array3::from_shape_vec((height, width, 3), flat).expect("three for each pixel");
-    PyArray3::from_owned_array(py, array)
 }
 
 #[pyfunction(name = "reference")]
@@ -112,23 +102,12 @@ fn reference_of_image<'py>(
     light: &PyLight,
 ) -> PyResult<Bound<'py, PyDict>> {
     check_process()?;
-    let Reference {
-        triangle_id,
-        triangle_tie,
-        visibility,
-        tie,
-    } = py.detach(|| {
+    let reference = py.detach(|| {
         let scene_read = scene.read();
         let bvh = scene.bvh(&scene_read);
         reference::reference(&scene_read, &*bvh, &camera.0, &light.0)
     });
-    let shape = (camera.0.height as usize, camera.0.width as usize);
-    let result = PyDict::new(py);
-    result.set_item("triangle_id", image(py, shape, triangle_id))?;
-    result.set_item("triangle_tie", image(py, shape, triangle_tie))?;
-    result.set_item("visibility", image(py, shape, visibility))?;
-    result.set_item("tie", image(py, shape, tie))?;
-    Ok(result)
+    reference_to_python(py, camera.shape(), reference)
 }
 
 #[pyfunction]
@@ -146,54 +125,62 @@ fn brute_force<'py>(
             "pixels must index an image of {count} pixels, got {outside}"
         )));
     }
-    let settled = py.detach(|| {
+    let reference = py.detach(|| {
         let scene = scene.read();
         let search = Everything(&scene);
         reference::reference_of_pixels(&scene, &search, &camera.0, &light.0, &pixels)
     });
+    reference_to_python(py, pixels.len(), reference)
+}
+
+fn reference_to_python<'py, D: Dimension + 'py>(
+    py: Python<'py>,
+    shape: impl Into<StrideShape<D>> + Copy,
+    reference: Reference,
+) -> PyResult<Bound<'py, PyDict>> {
     let result = PyDict::new(py);
-    result.set_item("triangle_id", settled.triangle_id.to_pyarray(py))?;
-    result.set_item("triangle_tie", settled.triangle_tie.to_pyarray(py))?;
-    result.set_item("visibility", settled.visibility.to_pyarray(py))?;
-    result.set_item("tie", settled.tie.to_pyarray(py))?;
+    result.set_item("triangle_id", array(py, shape, reference.triangle_id))?;
+    result.set_item("triangle_tie", array(py, shape, reference.triangle_tie))?;
+    result.set_item("visibility", array(py, shape, reference.visibility))?;
+    result.set_item("tie", array(py, shape, reference.tie))?;
     Ok(result)
 }
 
-/// A vector of pixels as an array (H, W), without a copy.
-fn image<T: numpy::Element>(
-    py: Python<'_>,
-    shape: (usize, usize),
-    pixels: Vec<T>,
-) -> Bound<'_, PyArray2<T>> {
-    let array = Array2::from_shape_vec(shape, pixels).expect("one value for each pixel");
-    PyArray2::from_owned_array(py, array)
+/// Values as an array of a shape, without a copy.
+fn array<T: numpy::Element, D: Dimension>(
+    py: Python,
+    shape: impl Into<StrideShape<D>>,
+    values: Vec<T>,
+) -> Py<PyArray<T, D>> {
+    let array = Array::from_shape_vec(shape, values).expect("as many values as the shape has");
+    PyArray::from_owned_array(py, array).unbind()
 }
 
 fn adapter_to_python<'py>(
     py: Python<'py>,
     adapter: &gpu::AdapterDescription,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let result = PyDict::new(py);
-    result.set_item("name", &adapter.name)?;
-    result.set_item("type", &adapter.kind)?;
-    result.set_item("backend", &adapter.backend)?;
-    result.set_item("driver", &adapter.driver)?;
-    Ok(result)
+    let texts = [
+        ("name", &adapter.name),
+        ("type", &adapter.kind),
+        ("backend", &adapter.backend),
+        ("driver", &adapter.driver),
+    ];
+    texts.into_py_dict(py)
 }
 
 fn limits_to_python<'py>(py: Python<'py>, limits: &gpu::Limits) -> PyResult<Bound<'py, PyDict>> {
-    let result = PyDict::new(py);
-    result.set_item(
-        "storage_binding_bytes",
-        limits.max_storage_buffer_binding_size,
-    )?;
-    result.set_item("buffer_bytes", limits.max_buffer_size)?;
-    result.set_item("texture_size", limits.max_texture_dimension_2d)?;
-    result.set_item(
-        "workgroups_per_dimension",
-        limits.max_compute_workgroups_per_dimension,
-    )?;
-    Ok(result)
+    let workgroups = u64::from(limits.max_compute_workgroups_per_dimension);
+    let limits = [
+        (
+            "storage_binding_bytes",
+            limits.max_storage_buffer_binding_size,
+        ),
+        ("buffer_bytes", limits.max_buffer_size),
+        ("texture_size", u64::from(limits.max_texture_dimension_2d)),
+        ("workgroups_per_dimension", workgroups),
+    ];
+    limits.into_py_dict(py)
 }
 
 #[pyfunction]

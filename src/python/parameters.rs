@@ -1,6 +1,6 @@
 //! Methods and their parameters: values are converted by the rules that `methods::schema` declares.
 
-use super::image;
+use super::array;
 use crate::error::Error;
 use crate::gpu::passes::lookup::Filter;
 use crate::methods::Method;
@@ -12,29 +12,24 @@ use glam::DMat4;
 use numpy::{PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{IntoPyDict, PyDict, PyString};
 use std::borrow::Cow;
 
 /// The parameters of a method, of `lookup=Pcf(...)` or of the choice of a method.
 fn schema_of(name: &str) -> Result<Schema, Error> {
-    match [FILTER, AUTO]
-        .into_iter()
-        .find(|schema| schema.name == name)
-    {
-        Some(schema) => Ok(schema),
-        None => Method::schema(name),
-    }
+    let mut others = [FILTER, AUTO].into_iter();
+    let other = others.find(|schema| schema.name == name);
+    other.map_or_else(|| Method::schema(name), Ok)
 }
 
 /// Every method with its parameters.
 #[pyfunction]
 pub fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
     let describe = |method: &crate::methods::method::Description| {
-        let description = PyDict::new(py);
-        description.set_item("name", method.schema.name)?;
-        description.set_item("title", method.title)?;
-        description.set_item("citation", method.citation)?;
-        description.set_item("parameters", parameters(py, method.schema.name)?)?;
+        let (name, title, citation) = (method.schema.name, method.title, method.citation);
+        let texts = [("name", name), ("title", title), ("citation", citation)];
+        let description = texts.into_py_dict(py)?;
+        description.set_item("parameters", parameters(py, name)?)?;
         Ok(description)
     };
     Method::list().iter().map(describe).collect()
@@ -251,8 +246,9 @@ fn to_python<'py>(
         Value::Int(value) => value.into_pyobject(py)?.into_any(),
         Value::Float(value) => value.into_pyobject(py)?.into_any(),
         Value::Text(value) => value.into_pyobject(py)?.into_any(),
-        Value::Array(array) => {
-            let weights = image(py, (array.rows, array.columns), array.values.to_vec());
+        Value::Array(weights) => {
+            let (shape, values) = ((weights.rows, weights.columns), weights.values.to_vec());
+            let weights = array(py, shape, values).into_bound(py);
             weights.readwrite().make_nonwriteable();
             weights.into_any()
         }

@@ -1,6 +1,6 @@
 //! Scenes, cameras and lights: what is validated once and used for many frames.
 
-use super::check_process;
+use super::{array, check_process};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::error::Error;
@@ -9,8 +9,7 @@ use crate::light::Light;
 use crate::render::SceneCache;
 use crate::scene::Scene;
 use glam::{DMat4, DVec2, DVec3};
-use numpy::ndarray::Array2;
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, RwLock, RwLockReadGuard};
@@ -35,10 +34,6 @@ fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
         .into_iter()
         .map(DVec3::from)
         .collect())
-}
-
-fn array_of_points(points: &[DVec3]) -> Array2<f64> {
-    Array2::from_shape_fn((points.len(), 3), |(row, axis)| points[row][axis])
 }
 
 #[pyclass(name = "Scene", module = "lixel._core", frozen)]
@@ -101,21 +96,23 @@ impl PyScene {
     }
 
     #[getter]
-    fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        array_of_points(self.read().vertices()).to_pyarray(py)
+    fn vertices(&self, py: Python) -> Py<PyArray2<f64>> {
+        let scene = self.read();
+        let vertices = scene.vertices().iter().flat_map(DVec3::to_array);
+        array(py, (scene.vertices().len(), 3), vertices.collect())
     }
 
     #[getter]
-    fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
+    fn faces(&self, py: Python) -> Py<PyArray2<u32>> {
         let scene = self.read();
         let triangles = scene.triangles();
-        Array2::from_shape_fn((triangles.len(), 3), |(row, i)| triangles[row][i]).to_pyarray(py)
+        array(py, (triangles.len(), 3), triangles.as_flattened().to_vec())
     }
 
     #[getter]
-    fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+    fn bounds(&self, py: Python) -> Py<PyArray2<f64>> {
         let (low, high) = self.read().bounds();
-        array_of_points(&[low, high]).to_pyarray(py)
+        array(py, (2, 3), [low.to_array(), high.to_array()].concat())
     }
 
     #[getter]
@@ -144,6 +141,13 @@ impl PyScene {
 
 #[pyclass(name = "Camera", module = "lixel._core", frozen)]
 pub struct PyCamera(pub Camera);
+
+impl PyCamera {
+    /// Rows and columns of its image.
+    pub fn shape(&self) -> (usize, usize) {
+        (self.0.height as usize, self.0.width as usize)
+    }
+}
 
 #[pymethods]
 impl PyCamera {
