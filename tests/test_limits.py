@@ -55,7 +55,7 @@ def test_an_image_beyond_the_device_is_refused(size, view):
 def test_the_core_checks_for_itself(outputs, view):
     """Whoever calls the core without the facade gets an error in words, too."""
     scene, camera, light = view
-    core = (scene._core, camera._core_for(scene), [light._core_light()])
+    core = (scene._core, camera._core_for(scene), [light._core])
     with pytest.raises(ValueError, match="unknown"):
         _core.render(*core, "unknown", {}, outputs)
     for parameters, words in (

@@ -126,7 +126,7 @@ def test_both_entries_refuse_in_the_same_words(name, parameter, value, error, wo
         CLASSES[name](**{parameter: value})
     assert str(of_class.value).startswith(f"{parameter} must be ")
     assert words in str(of_class.value)
-    core = (scene._core, camera._core_for(scene), [light._core_light()])
+    core = (scene._core, camera._core_for(scene), [light._core])
     with pytest.raises(error) as of_core:
         _core.render(*core, name, {parameter: value}, [])
     assert str(of_core.value) == str(of_class.value)

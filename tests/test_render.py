@@ -195,7 +195,7 @@ def test_what_is_no_light_in_a_list_is_named(view):
 def test_outputs_are_those_of_the_core(view):
     """The Literal, the attributes and the core's own list have the same words."""
     scene, camera, light = view
-    core = (scene._core, camera._core_for(scene), [light._core_light()])
+    core = (scene._core, camera._core_for(scene), [light._core])
     with pytest.raises(ValueError, match=r"outputs must be among .*, got 'colour'") as refused:
         _core.render(*core, "uniform", {}, ["colour"])
     assert tuple(str(refused.value).split("'")[1:-2:2]) == OUTPUTS

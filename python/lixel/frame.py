@@ -285,7 +285,7 @@ def _parts_of_lights(
         frames = _core.render(
             scene._core,
             camera._core_for(scene),
-            [light._core_light() for light in lights],
+            [light._core for light in lights],
             method.name,
             method.parameters(),
             outputs,

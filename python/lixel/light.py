@@ -11,20 +11,22 @@ import numpy.typing as npt
 from . import _core
 from .arguments import finite, real, reals, unit_vector
 
+CoreLight: TypeAlias = _core.Light
+
 
 class _Light:
     """What the lights share: immutable values, compared by their fields."""
 
     _fields: tuple[str, ...]
-    _compiled: _core.Light
+    _core: CoreLight
 
-    def _set(self, compiled: _core.Light, **fields: npt.NDArray[np.float64] | float) -> None:
+    def _set(self, compiled: CoreLight, **fields: npt.NDArray[np.float64] | float) -> None:
         for name, value in fields.items():
             if isinstance(value, np.ndarray):
                 value += 0.0  # turns -0.0, which reads badly, into 0.0
                 value.flags.writeable = False
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "_compiled", compiled)
+        object.__setattr__(self, "_core", compiled)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a {type(self).__name__} is immutable: cannot set {name}")
@@ -53,9 +55,6 @@ class _Light:
     def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
         """Which points in world space, (..., 3), the light would reach in an empty world."""
         return np.ones(positions.shape[:-1], dtype=bool)
-
-    def _core_light(self) -> _core.Light:
-        return self._compiled
 
 
 class _LightWithPosition(_Light):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -73,10 +72,5 @@ def reference(scene: Scene, camera: Camera, light: Light) -> Reference:
         An argument of another type.
     """
     check_view(scene, camera, light)
-    results: dict[str, Any] = _core.reference(
-        scene._core, camera._core_for(scene), light._core_light()
-    )
-    fields = ("visibility", "tie", "triangle_id", "triangle_tie")
-    return Reference(
-        scene=scene, camera=camera, light=light, **{name: results[name] for name in fields}
-    )
+    results = _core.reference(scene._core, camera._core_for(scene), light._core)
+    return Reference(scene=scene, camera=camera, light=light, **results)

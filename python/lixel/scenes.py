@@ -45,7 +45,6 @@ def plane_and_box() -> Scene:
         eye=(4.0, 5.0, 8.0),
         target=(0.0, 0.5, 0.0),
         light=(1.0, -1.5, -0.5),
-        yfov=0.9,
     )
 
 
@@ -183,7 +182,6 @@ def city(blocks: int = 24, seed: int = 0) -> Scene:
         eye=(-0.42 * reach, 0.28 * reach, 0.52 * reach),
         target=(0.0, 0.0, -0.05 * reach),
         light=(0.8, -0.5, 0.3),
-        yfov=0.9,
     )
 
 
@@ -222,7 +220,6 @@ def grass(blades: int = 100_000, seed: int = 0) -> Scene:
         eye=(0.0, 1.3, side + 0.5),
         target=(0.0, 0.1, 2.0),
         light=(0.6, -0.7, 0.25),
-        yfov=0.9,
     )
 
 
@@ -257,7 +254,6 @@ def needles(count: int = 2000, seed: int = 0) -> Scene:
         eye=(0.0, 5.0, 15.0),
         target=(0.0, 0.8, 0.0),
         light=(0.5, -0.8, -0.3),
-        yfov=0.9,
     )
 
 
@@ -311,7 +307,9 @@ GENERATORS: Mapping[str, Callable[..., Scene]] = MappingProxyType(
 # --- Parts ---
 
 
-def _scene(parts: list[Mesh], *, eye: Point, target: Point, light: Point, yfov: float) -> Scene:
+def _scene(
+    parts: list[Mesh], *, eye: Point, target: Point, light: Point, yfov: float = 0.9
+) -> Scene:
     scene = joined(parts)
     scene.cameras["default"] = Camera.look_at(eye, target, yfov=yfov, width=1920, height=1080)
     scene.lights["default"] = DirectionalLight(light)

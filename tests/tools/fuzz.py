@@ -210,7 +210,7 @@ def method(r: random.Random) -> Any:
 def core(r: random.Random) -> None:
     """The extension module by itself, which whoever skips the facade calls."""
     s, c, li = VIEW
-    arguments = (s._core, c._core_for(s), li._core_light())
+    arguments = (s._core, c._core_for(s), li._core)
     name = r.choice(list(lx.METHODS))
     fields = [*lx.METHODS[name]().parameters(), "colour"]
     parameters = {r.choice(fields): value(r) for _ in range(r.randint(1, 3))}
