@@ -4,9 +4,9 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
-use super::fit::{FITS, Fit};
+use super::fit::FITS;
 use super::prelude::*;
-use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value};
+use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value, chosen};
 use crate::gpu::passes::blend_importance::{OldImportance, blend_importance};
 use crate::gpu::passes::boundary::BoundaryWeights;
 use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
@@ -73,7 +73,7 @@ parameters! {
         pub blend: f64 = number(Some(0.5), FRACTION, ""),
         /// Along each side of the importance map.
         pub importance_resolution: u32 = count(Some(512), MAX_CELLS, "cells"),
-        pub fit: Fit = choice(FITS, "desired_view"),
+        pub fit: Cow<'static, str> = word("desired_view", Rule::Choice(&FITS)),
         /// Of the map before it is warped.
         pub snap: bool = SNAP,
     }
@@ -82,18 +82,19 @@ parameters! {
 impl AnalysisParameters {
     /// The texels of a map that turns with the receivers cannot hold still while they move.
     pub fn check(&self) -> Result<()> {
-        let holds_still = matches!(
-            self.fit,
-            Fit::DesiredView | Fit::Cube | Fit::DualParaboloid | Fit::Spot
-        );
-        let own = FITS.iter().find(|(_, fit)| *fit == self.fit);
         ensure_value!(
-            holds_still || !self.snap,
+            !self.snap || chosen(&self.fit, FITS).holds_still,
             "snap must come with one of the fits 'desired_view', 'cube', 'dual_paraboloid', 'spot', whose maps \
              do not turn with the receivers, got '{}'",
-            own.map_or("", |(word, _)| word)
+            self.fit
         );
         Ok(())
+    }
+
+    /// The layers that are warped.
+    pub fn layers(&self, view: &mut View, resolution: u32) -> Result<Vec<Layer>> {
+        let cut = Cut::Receivers.snapped_where(self.snap);
+        (chosen(&self.fit, FITS).layers)(view, cut, resolution)
     }
 }
 

@@ -28,15 +28,15 @@ impl ShadowMethod for LightSpacePerspective {
          perspective shadow maps. Eurographics Symposium on Rendering.";
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = self.fit(view)?;
+        let layers = self.fit(view, self.map.resolution)?;
         view.shadows(self.map.settings(), layers)
     }
 }
 
 impl LightSpacePerspective {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut View) -> Result<Vec<Layer>> {
-        let (camera, target) = (view.camera, self.fitting.target(self.map.resolution));
+    pub fn fit(&self, view: &mut View, resolution: u32) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.camera, self.fitting.target(resolution));
         fit_light_matrices(view, target, |subject| {
             light_space_perspective(subject, camera, target.size)
         })

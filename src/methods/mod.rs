@@ -37,7 +37,7 @@ use schema::{ParameterGroup, Parameters, Schema};
 macro_rules! methods {
     ($($variant:ident = $type:path,)+) => {
         /// A method of the closed set.
-        #[derive(Debug, Clone, PartialEq)]
+        #[derive(Debug, Clone)]
         pub enum Method {
             $($variant($type),)+
         }

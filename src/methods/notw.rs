@@ -68,10 +68,7 @@ impl ShadowMethod for NonOrthogonalWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let (map, cells) = (self.map.settings(), self.given.importance_resolution);
-        let layers = self
-            .given
-            .fit
-            .fit(view, self.given.snap, self.map.resolution)?;
+        let layers = self.given.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let unit = analysis.count_unit(view.camera.pixel_count());
         // Counts are of receivers; shadow edges are seen from the light.

@@ -44,19 +44,13 @@ impl ShadowMethod for RectilinearWarp {
 
     fn check(&self) -> Result<()> {
         self.given.check()?;
-        let Functions {
-            shadow_edge,
-            boundary,
-            ..
-        } = self.importance;
-        let sees_receivers_only = self.analysis == Direction::Backward;
         ensure_value!(
-            !(sees_receivers_only && shadow_edge),
+            self.analysis != Direction::Backward || !self.importance.shadow_edge,
             "analysis must be 'forward' or 'hybrid' for the importance 'shadow_edge', got 'backward'"
         );
-        let sees_casters_only = self.analysis == Direction::Forward;
+        let weighs_pixels = self.importance.boundary || self.given.pixel_weights.is_some();
         ensure_value!(
-            !(sees_casters_only && (boundary || self.given.pixel_weights.is_some())),
+            self.analysis != Direction::Forward || !weighs_pixels,
             "analysis must be 'backward' or 'hybrid' for 'boundary' and pixel_weights, got 'forward'"
         );
         Ok(())
@@ -64,10 +58,7 @@ impl ShadowMethod for RectilinearWarp {
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let (map, cells) = (self.map.settings(), self.given.importance_resolution);
-        let layers = self
-            .given
-            .fit
-            .fit(view, self.given.snap, self.map.resolution)?;
+        let layers = self.given.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let mut warped = Vec::new();
         for layer in layers {

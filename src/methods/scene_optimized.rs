@@ -53,18 +53,18 @@ impl ShadowMethod for SceneOptimized {
          mapping. Harvard University, TR-07-07.";
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
-        let layers = self.fit(view)?;
+        let layers = self.fit(view, self.map.resolution)?;
         view.shadows(self.map.settings(), layers)
     }
 }
 
 impl SceneOptimized {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut View) -> Result<Vec<Layer>> {
+    pub fn fit(&self, view: &mut View, resolution: u32) -> Result<Vec<Layer>> {
         let image = view.sampled_image(self.sample_resolution)?;
         let samples = &image.receivers;
         let size = MapSize {
-            resolution: self.map.resolution,
+            resolution,
             margin: self.margin,
         };
         let chosen = match self.samples {

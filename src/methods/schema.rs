@@ -314,7 +314,7 @@ macro_rules! parameters {
         }
     ) => {
         $(#[$of_struct])*
-        #[derive(Debug, Clone, PartialEq)]
+        #[derive(Debug, Clone)]
         pub struct $name {
             $($(#[$of_field])* pub $field: $type,)*
         }
