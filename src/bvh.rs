@@ -42,9 +42,21 @@ pub struct Bvh {
     nodes: Vec<Bvh2Node>,
     /// Triangle indices; a leaf holds a range of them.
     triangles: Vec<u32>,
-    centre: DVec3,
-    /// Half the longest side of the scene's box: box coordinates are (world - centre) / half_size.
-    half_size: f64,
+    pub space: BoxSpace,
+}
+
+/// The space of boxes, in which the scene reaches from -1 to 1.
+#[derive(Debug, Clone, Copy)]
+pub struct BoxSpace {
+    pub centre: DVec3,
+    /// Half the longest side of the scene's box.
+    pub half_size: f64,
+}
+
+impl BoxSpace {
+    pub fn from_world(self, point: DVec3) -> DVec3 {
+        (point - self.centre) / self.half_size
+    }
 }
 
 /// A node of a hierarchy that is walked without a stack, as in `shaders/shadow_rays.wgsl`.
@@ -66,24 +78,24 @@ pub const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
 /// A box around each triangle of non-zero area, rounded outwards.
 pub struct TriangleBoxes {
     pub triangles: Vec<u32>,
-    /// Box coordinates are (world - centre) / half_size.
     boxes: Vec<Aabb>,
-    pub centre: DVec3,
-    pub half_size: f64,
+    pub space: BoxSpace,
 }
 
 impl TriangleBoxes {
     pub fn new(scene: &Scene) -> Self {
         let (low, high) = scene.bounds();
-        let centre = low + 0.5 * (high - low);
-        let half_size = (0.5 * (high - low).max_element()).max(f64::MIN_POSITIVE);
+        let space = BoxSpace {
+            centre: low + 0.5 * (high - low),
+            half_size: (0.5 * (high - low).max_element()).max(f64::MIN_POSITIVE),
+        };
         let triangles: Vec<u32> = (0..scene.triangles().len() as u32)
             .filter(|&t| scene.unit_normals()[t as usize] != Vec3::ZERO)
             .collect();
         let boxes = triangles
             .par_iter()
             .map(|&t| {
-                let [a, b, c] = scene.corners(t).map(|v| (v - centre) / half_size);
+                let [a, b, c] = scene.corners(t).map(|v| space.from_world(v));
                 // The conversion rounds by at most half a step.
                 let down = |v: DVec3| v.as_vec3().to_array().map(f32::next_down);
                 let up = |v: DVec3| v.as_vec3().to_array().map(f32::next_up);
@@ -96,8 +108,7 @@ impl TriangleBoxes {
         Self {
             triangles,
             boxes,
-            centre,
-            half_size,
+            space,
         }
     }
 
@@ -117,43 +128,23 @@ impl Bvh {
         let TriangleBoxes {
             triangles,
             boxes,
-            centre,
-            half_size,
+            space,
         } = TriangleBoxes::new(scene);
         if boxes.is_empty() {
             return Self {
                 nodes: vec![],
                 triangles,
-                centre,
-                half_size,
+                space,
             };
         }
-        let built = build_bvh2(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
+        let parameters = BvhBuildParams::medium_build();
+        let built = build_bvh2(&boxes, parameters, &mut Duration::default());
+        let order = built.primitive_indices.iter();
         Self {
             nodes: built.nodes,
-            triangles: built
-                .primitive_indices
-                .iter()
-                .map(|&i| triangles[i as usize])
-                .collect(),
-            centre,
-            half_size,
+            triangles: order.map(|&i| triangles[i as usize]).collect(),
+            space,
         }
-    }
-}
-
-impl Bvh {
-    /// Boxes are `(world - centre) / half_size`.
-    pub fn centre(&self) -> DVec3 {
-        self.centre
-    }
-
-    pub fn half_size(&self) -> f64 {
-        self.half_size
     }
 
     /// Nodes in depth-first order, each with the index of the one to go on with where its box is missed,
@@ -195,7 +186,7 @@ impl Bvh {
 
 impl Search for Bvh {
     fn farthest(&self, point: DVec3) -> f64 {
-        point.distance(self.centre) + 3_f64.sqrt() * self.half_size
+        point.distance(self.space.centre) + 3_f64.sqrt() * self.space.half_size
     }
 
     fn visit(&self, ray: ThickRay, mut visit: impl FnMut(u32) -> ControlFlow<(), f64>) {
@@ -204,12 +195,13 @@ impl Search for Bvh {
         }
         // Start where the ray enters the sphere of radius 2 around the scene's box or nearer, so
         // that an eye far away costs no precision.
-        let origin = (ray.origin - self.centre) / self.half_size;
-        let margin = ray.margin / self.half_size;
-        let skipped = (-origin.dot(ray.direction) - 2.0 - margin).max(ray.start / self.half_size);
+        let origin = self.space.from_world(ray.origin);
+        let half_size = self.space.half_size;
+        let margin = ray.margin / half_size;
+        let skipped = (-origin.dot(ray.direction) - 2.0 - margin).max(ray.start / half_size);
         let start = (origin + skipped * ray.direction).as_vec3a();
         let reach = |end: f64| {
-            let reach = end / self.half_size - skipped + margin;
+            let reach = end / half_size - skipped + margin;
             reach as f32 * (1.0 + WALK_MARGIN) + WALK_MARGIN
         };
         let mut end = reach(ray.end);
@@ -305,7 +297,7 @@ mod tests {
             for (triangle, [least, greatest]) in boxes.triangles.iter().zip(boxes.grown(margin)) {
                 let slack = f64::from(margin);
                 for corner in scene.corners(*triangle) {
-                    let corner = (corner - boxes.centre) / boxes.half_size;
+                    let corner = boxes.space.from_world(corner);
                     let least = Vec3::from(least).as_dvec3();
                     let greatest = Vec3::from(greatest).as_dvec3();
                     assert!((corner - slack).cmpgt(least).all());

@@ -272,15 +272,16 @@ fn try_render(
         .visibility
         .take()
         .filter(|(known, _)| known == camera && outputs.culls());
-    let (visibility_buffer, mut work) = match known {
-        Some((_, buffer)) => (buffer, None),
+    let mut is_known = known.is_some();
+    let visibility_buffer = match known {
+        Some((_, buffer)) => buffer,
         None => {
             let first = &mut frames[0];
-            let rasterized = visibility::visibility(first, tables, camera)?;
+            let buffer = visibility::visibility(first, tables, camera)?;
             if lights.len() > 1 {
                 first.send();
             }
-            (rasterized.texels, Some(rasterized.work))
+            buffer
         }
     };
     let everywhere = Region::EVERYWHERE;
@@ -298,10 +299,11 @@ fn try_render(
                 tiles: None,
             };
             let mut view = View::new(frame, seen, scene, draws_whole_maps);
-            match work.take() {
-                Some(work) => view.keep_work(work),
-                None => view.skip(visibility::LABEL),
+            if is_known {
+                view.skip(visibility::LABEL);
             }
+            // By the other lights.
+            is_known = true;
             view
         })
         .collect();
@@ -358,10 +360,11 @@ fn record(
     let layers = layers.map(|layer| LayerReads::new(frame, layer, outputs));
     let layers = layers.collect::<Result<Vec<_>>>()?;
     let results = view.submit()?;
-    if !view.had_room()? {
+    let (frame, mut stats) = view.finish();
+    if !frame.had_room {
         return Ok(None);
     }
-    let (frame, mut stats) = view.finish();
+    stats.facts = frame.facts.clone();
     stats.layers = layers.len();
     let mut rendered = Rendered {
         visibility: results.take(&visibility)?,

@@ -9,7 +9,7 @@ use super::frame::Frame;
 use super::kernel::Resource;
 use super::lock::lock;
 use super::tables::{triangle_items, write_items};
-use crate::bvh::{TriangleBoxes, WALK_MARGIN};
+use crate::bvh::{BoxSpace, TriangleBoxes, WALK_MARGIN};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use glam::DVec3;
@@ -24,9 +24,7 @@ pub const LABEL: &str = "acceleration structure";
 /// What `shaders/ray_queries.wgsl` searches, at one time.
 pub struct AccelerationStructure {
     memory: Arc<Memory>,
-    /// Boxes are `(world - centre) / half_size`.
-    pub centre: DVec3,
-    pub half_size: f64,
+    pub space: BoxSpace,
     /// By which the boxes are grown, in their space.
     pub margin: f32,
     /// Distance of the eye for which that is enough, in the boxes' space.
@@ -147,8 +145,7 @@ impl AccelerationStructure {
             None => Arc::new(Memory::new(gpu, scene.triangles().len() as u32)?),
         };
         let boxes = TriangleBoxes::new(scene);
-        let (centre, half_size) = (boxes.centre, boxes.half_size);
-        let reach = reach_of_eye((eye - centre) / half_size);
+        let reach = reach_of_eye(boxes.space.from_world(eye));
         let margin = WALK_MARGIN * reach as f32;
         write_items(gpu, &memory.triangles, scene, &boxes.triangles);
         let mut grown = boxes.grown(margin);
@@ -159,8 +156,7 @@ impl AccelerationStructure {
         memory.build(gpu, &grown);
         Ok(Self {
             memory,
-            centre,
-            half_size,
+            space: boxes.space,
             margin,
             reach,
             generation: scene.generation(),
@@ -169,7 +165,7 @@ impl AccelerationStructure {
 
     /// Whether it holds for the scene as it is, seen from there.
     fn holds(&self, scene: &Scene, eye: DVec3) -> bool {
-        let eye_in_boxes = (eye - self.centre) / self.half_size;
+        let eye_in_boxes = self.space.from_world(eye);
         self.generation == scene.generation() && reach_of_eye(eye_in_boxes) <= self.reach
     }
 

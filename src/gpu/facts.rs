@@ -5,14 +5,8 @@
 pub struct Fact {
     pub name: &'static str,
     pub value: u64,
-    merge: Merge,
-}
-
-/// How the numbers of several layers become one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Merge {
-    Sum,
-    Maximum,
+    /// Whether the greatest of all layers counts, or else their sum.
+    is_maximum: bool,
 }
 
 pub type Facts = Vec<Fact>;
@@ -23,14 +17,14 @@ impl Fact {
         Self {
             name,
             value: value.into(),
-            merge: Merge::Sum,
+            is_maximum: false,
         }
     }
 
     /// A number of which the greatest of all layers counts.
     pub fn maximum(name: &'static str, value: u32) -> Self {
         Self {
-            merge: Merge::Maximum,
+            is_maximum: true,
             ..Self::sum(name, value)
         }
     }
@@ -55,9 +49,9 @@ impl FactsOfPasses {
             match known.iter_mut().find(|known| known.name == fact.name) {
                 None => known.push(fact),
                 Some(known) => {
-                    known.value = match fact.merge {
-                        Merge::Sum => known.value + fact.value,
-                        Merge::Maximum => known.value.max(fact.value),
+                    known.value = match fact.is_maximum {
+                        true => known.value.max(fact.value),
+                        false => known.value + fact.value,
                     }
                 }
             }

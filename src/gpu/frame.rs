@@ -1,7 +1,7 @@
 //! A frame: passes recorded in order, each with a label that is also its timer's key.
 
 use super::device::{Gpu, UNUSED_IMAGE};
-use super::facts::Facts;
+use super::facts::{Facts, FactsOfPasses};
 use super::gathering::Member;
 use super::kernel::{Dispatch, Draw, Groups, Vertices};
 use super::pool::PooledBuffer;
@@ -32,7 +32,11 @@ pub struct Frame {
     timings: Timings,
     reads: Vec<PooledBuffer>,
     /// What the next submission counts.
-    pub facts: Vec<PendingFacts>,
+    pending: Vec<Pending>,
+    /// What passes counted so far.
+    pub facts: FactsOfPasses,
+    /// Whether every list of work was long enough; else there is room for the next try.
+    pub had_room: bool,
 }
 
 /// A buffer to be read after the submission.
@@ -45,14 +49,21 @@ pub struct Read<T> {
 /// What was read after a submission.
 pub struct ReadResults(Vec<PooledBuffer>);
 
-/// Reads counters; fails where they tell that the pass did not do all its work.
-pub type Describe = fn(&Gpu, &[u32]) -> Result<Facts>;
+/// Reads what a pass counted in each of its parts; fails where that tells that the pass did not do all its work.
+type Describe = Box<dyn Fn(&Gpu, &[Vec<u32>]) -> Result<Counted> + Send>;
 
-/// Counters that the next submission brings, and how they are read.
-pub struct PendingFacts {
-    pub label: &'static str,
-    pub counters: Read<u32>,
-    pub describe: Describe,
+/// What a pass tells of itself.
+pub struct Counted {
+    pub facts: Facts,
+    /// Whether every list was long enough; else there is room for the next try.
+    pub had_room: bool,
+}
+
+/// Counters of a pass that the next submission brings.
+struct Pending {
+    label: &'static str,
+    parts: Vec<Read<u32>>,
+    describe: Describe,
 }
 
 impl Frame {
@@ -82,7 +93,9 @@ impl Frame {
             labels: Vec::new(),
             timings: Vec::new(),
             reads: Vec::new(),
-            facts: Vec::new(),
+            pending: Vec::new(),
+            facts: FactsOfPasses::default(),
+            had_room: true,
         }
     }
 
@@ -289,15 +302,29 @@ impl Frame {
         label: &'static str,
         counters: PooledBuffer,
         count: usize,
-        describe: Describe,
+        describe: fn(&Gpu, &[u32]) -> Result<Facts>,
     ) -> Result<()> {
-        let counters = self.read(Source::Taken(counters), count)?;
-        self.facts.push(PendingFacts {
-            label,
-            counters,
-            describe,
+        let parts = vec![self.read(Source::Taken(counters), count)?];
+        self.count_parts(label, parts, move |gpu, parts| {
+            let facts = describe(gpu, &parts[0])?;
+            let had_room = true;
+            Ok(Counted { facts, had_room })
         });
         Ok(())
+    }
+
+    /// The same of a pass in parts, each with its counters.
+    pub fn count_parts(
+        &mut self,
+        label: &'static str,
+        parts: Vec<Read<u32>>,
+        describe: impl Fn(&Gpu, &[Vec<u32>]) -> Result<Counted> + Send + 'static,
+    ) {
+        self.pending.push(Pending {
+            label,
+            parts,
+            describe: Box::new(describe),
+        });
     }
 
     fn reads_in_place(&self) -> bool {
@@ -334,6 +361,16 @@ impl Frame {
             }
         }
         self.labels.clear();
+        for pending in std::mem::take(&mut self.pending) {
+            if !self.had_room {
+                // One list that was too short is enough: the frame is rendered again.
+                break;
+            }
+            let parts = pending.parts.iter().map(|read| results.take(read));
+            let counted = (pending.describe)(&self.gpu, &parts.collect::<Result<Vec<_>>>()?)?;
+            self.facts.add(pending.label, counted.facts);
+            self.had_room &= counted.had_room;
+        }
         Ok(results)
     }
 

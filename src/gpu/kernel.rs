@@ -81,6 +81,12 @@ impl Kernel {
         }
     }
 
+    /// Fills the slot that has the name of the file's folder.
+    pub fn fill(mut self, file: &'static str) -> Self {
+        self.shader.fill(file);
+        self
+    }
+
     pub fn constant(mut self, name: &'static str, value: impl Into<f64>) -> Self {
         self.constants.push((name, value.into()));
         self
@@ -99,9 +105,8 @@ impl Kernel {
 
     /// Fills the slot and binds its uniform; `origin` is that of the scene's tables.
     pub fn projection(self, gpu: &Gpu, index: u32, projection: &Projection, origin: DVec3) -> Self {
-        let mut kernel = self.uniform(gpu, index, &projection.uniform(origin));
-        kernel.shader.projection = projection.shader();
-        kernel
+        self.uniform(gpu, index, &projection.uniform(origin))
+            .fill(projection.shader())
     }
 
     pub fn dispatch(self, groups: Groups) -> Dispatch {

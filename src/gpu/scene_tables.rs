@@ -6,7 +6,7 @@ use super::frame::Frame;
 use super::kernel::Kernel;
 use super::lock::lock;
 use super::tables::{new_table, triangle_items, write_items, write_table};
-use crate::bvh::Bvh;
+use crate::bvh::{BoxSpace, Bvh};
 use crate::edges::Edges;
 use crate::error::Result;
 use crate::rounding::double_single;
@@ -32,7 +32,7 @@ pub struct SceneTables {
     pub bounds: (DVec3, DVec3),
     pub triangle_count: u32,
     pub generation: u64,
-    pub room: Room,
+    pub room: Arc<Room>,
     hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
     /// The same for ray queries; it knows itself when it is out of date.
     pub acceleration: KeptStructure,
@@ -42,6 +42,7 @@ pub struct SceneTables {
 /// What the lists of a frame of the scene have room for. Grows where one had too little; such a frame is
 /// rendered again.
 pub struct Room {
+    pub triangle_count: u32,
     /// Items of work beyond one for each triangle.
     pub spare_items: AtomicU64,
     /// Parts that the triangles are taken in where one list of their work would be too long.
@@ -52,9 +53,10 @@ pub struct Room {
     pub split_rounds: AtomicU32,
 }
 
-impl Default for Room {
-    fn default() -> Self {
+impl Room {
+    fn new(triangle_count: u32) -> Self {
         Self {
+            triangle_count,
             spare_items: AtomicU64::new(1 << 16),
             caster_parts: AtomicU32::new(1),
             spare_pieces: AtomicU64::new(1 << 16),
@@ -68,9 +70,7 @@ pub struct HierarchyTables {
     pub nodes: wgpu::TextureView,
     pub leaf_triangles: wgpu::TextureView,
     pub node_count: u32,
-    /// Boxes are `(world - centre) / half_size`.
-    pub centre: DVec3,
-    pub half_size: f64,
+    pub space: BoxSpace,
 }
 
 impl HierarchyTables {
@@ -82,8 +82,7 @@ impl HierarchyTables {
             nodes: new_table(gpu, "boxes", whole_numbers, (2 * nodes.len()).max(1))?,
             leaf_triangles: triangle_items(gpu, order.len())?,
             node_count: nodes.len() as u32,
-            centre: bvh.centre(),
-            half_size: bvh.half_size(),
+            space: bvh.space,
         };
         let bits = |corner: Vec3, last| {
             UVec3::from_array(corner.to_array().map(f32::to_bits)).extend(last)
@@ -141,7 +140,7 @@ impl SceneTables {
             bounds: scene.bounds(),
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
-            room: Room::default(),
+            room: Arc::new(Room::new(scene.triangles().len() as u32)),
             hierarchy: Mutex::default(),
             acceleration: KeptStructure::default(),
             edges: Mutex::default(),

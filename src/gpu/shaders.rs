@@ -75,27 +75,34 @@ pub const FILES: &[(&str, &str)] = &[
     file!("warp_map"),
 ];
 
+/// The slots, and what fills each unless a pass says otherwise.
+const SLOTS: [(&str, &str); 5] = [
+    ("projection", "projection/parallel"),
+    ("warp", "warp/none"),
+    ("caster", "caster/scene"),
+    ("target", "target/depth"),
+    ("stored", "stored/depth"),
+];
+
 /// A shader with its slots filled. A slot that the file does not import plays no part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shader {
     pub file: &'static str,
-    pub projection: &'static str,
-    pub warp: &'static str,
-    pub caster: &'static str,
-    pub target: &'static str,
-    pub stored: &'static str,
+    fillings: [&'static str; SLOTS.len()],
 }
 
 impl Shader {
-    pub const fn new(file: &'static str) -> Self {
+    pub fn new(file: &'static str) -> Self {
         Self {
             file,
-            projection: "projection/parallel",
-            warp: "warp/none",
-            caster: "caster/scene",
-            target: "target/depth",
-            stored: "stored/depth",
+            fillings: SLOTS.map(|(_, filling)| filling),
         }
+    }
+
+    /// Fills the slot that has the name of the file's folder.
+    pub fn fill(&mut self, file: &'static str) {
+        let slot = SLOTS.iter().position(|(slot, _)| is_in(file, slot));
+        self.fillings[slot.expect("a folder is a slot")] = file;
     }
 
     /// The whole WGSL source; directives must stand before all else.
@@ -126,15 +133,13 @@ impl Shader {
     }
 
     fn filling(self, slot: &str) -> Option<&'static str> {
-        match slot {
-            "projection" => Some(self.projection),
-            "warp" => Some(self.warp),
-            "caster" => Some(self.caster),
-            "target" => Some(self.target),
-            "stored" => Some(self.stored),
-            _ => None,
-        }
+        let is_filling = |filling: &&&str| is_in(filling, slot);
+        self.fillings.iter().find(is_filling).copied()
     }
+}
+
+fn is_in(file: &str, folder: &str) -> bool {
+    file.rsplit_once('/').map_or("", |(folder, _)| folder) == folder
 }
 
 fn text_of(name: &str) -> &'static str {
@@ -166,38 +171,26 @@ pub mod tests {
     /// The names of files in a folder.
     fn in_folder(folder: &str) -> Vec<&'static str> {
         let names = FILES.iter().map(|(name, _)| *name);
-        names
-            .filter(|name| name.rsplit_once('/').map_or("", |(folder, _)| folder) == folder)
-            .collect()
+        names.filter(|name| is_in(name, folder)).collect()
     }
 
     fn shaders() -> Vec<Shader> {
         let mut shaders: Vec<_> = in_folder("").into_iter().map(Shader::new).collect();
-        type Place = fn(&mut Shader) -> &mut &'static str;
-        let slots: [(&str, Place); 5] = [
-            ("caster", |shader| &mut shader.caster),
-            ("projection", |shader| &mut shader.projection),
-            ("warp", |shader| &mut shader.warp),
-            ("target", |shader| &mut shader.target),
-            ("stored", |shader| &mut shader.stored),
-        ];
-        for (slot, place) in slots {
-            shaders = shaders
-                .into_iter()
-                .flat_map(|shader| {
-                    let imports =
-                        |file: &&str| text_of(file).lines().filter_map(import).any(|i| i == slot);
-                    let fillings = match shader.files().iter().any(imports) {
-                        true => in_folder(slot),
-                        false => vec![*place(&mut shader.clone())],
-                    };
-                    fillings.into_iter().map(move |filling| {
-                        let mut filled = shader;
-                        *place(&mut filled) = filling;
-                        filled
-                    })
+        for (slot, _) in SLOTS {
+            let fill = |shader: Shader| {
+                let imports =
+                    |file: &&str| text_of(file).lines().filter_map(import).any(|i| i == slot);
+                let fillings = match shader.files().iter().any(imports) {
+                    true => in_folder(slot),
+                    false => vec![shader.filling(slot).unwrap()],
+                };
+                fillings.into_iter().map(move |filling| {
+                    let mut filled = shader;
+                    filled.fill(filling);
+                    filled
                 })
-                .collect();
+            };
+            shaders = shaders.into_iter().flat_map(fill).collect();
         }
         shaders.retain(|shader| is_possible(*shader));
         shaders
@@ -205,10 +198,11 @@ pub mod tests {
 
     /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp.
     fn is_possible(shader: Shader) -> bool {
-        let is_beyond = shader.projection == "projection/parallel" && shader.warp == "warp/none";
-        match (shader.file, shader.caster) {
+        let [projection, warp, caster, ..] = shader.fillings;
+        let is_beyond = projection == "projection/parallel" && warp == "warp/none";
+        match (shader.file, caster) {
             (_, "caster/pieces") => is_beyond && shader.file == "rasterize",
-            ("rasterize_bands", _) => shader.warp != "warp/none",
+            ("rasterize_bands", _) => warp != "warp/none",
             _ => true,
         }
     }

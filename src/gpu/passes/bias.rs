@@ -30,7 +30,7 @@ impl BiasRule {
         let plane = DepthBias {
             receiver_plane: true,
             rounding,
-            ..DepthBias::NONE
+            ..DepthBias::default()
         };
         let fixed = DepthBias {
             receiver_plane: false,

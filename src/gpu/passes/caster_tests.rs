@@ -4,11 +4,11 @@ use super::inputs::Receivers;
 use super::light_grid::LightGrid;
 use super::receiver_lists::ReceiverLists;
 use super::warp_map::WarpMap;
-use super::work_items::{self, PendingWork, Stages};
+use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::Frame;
+use crate::gpu::frame::{Counted, Frame};
 use crate::gpu::kernel::Kernel;
 
 pub const LABEL: &str = "caster tests";
@@ -26,7 +26,7 @@ pub fn caster_tests(
     warp: Option<&WarpMap>,
     lists: &ReceiverLists,
     visibility: &wgpu::Buffer,
-) -> Result<PendingWork> {
+) -> Result<()> {
     let scene = seen.scene;
     let tests = frame.storage("number of tests", 4)?;
     frame.clear(&tests);
@@ -37,7 +37,7 @@ pub fn caster_tests(
         .bind(10, &scene.unit_normals)
         .warp(warp);
     let mut counters = Vec::new();
-    for triangles in work_items::parts(scene) {
+    for triangles in work_items::parts(&scene.room) {
         let kernel = kernel.clone();
         let kernel = kernel.uniform(&gpu, 0, &grid.of_triangles(&triangles));
         let bin = kernel.clone().bind(5, &lists.tiles);
@@ -58,13 +58,14 @@ pub fn caster_tests(
             bin,
             walk,
         };
-        counters.push(work_items::record(frame, LABEL, scene, stages)?);
+        counters.push(work_items::record(frame, LABEL, &scene.room, stages)?);
     }
-    frame.count(LABEL, tests, 1, describe)?;
-    Ok(PendingWork {
-        label: LABEL,
-        counters,
-        had_room: work_items::had_room_in_parts,
-        describe: work_items::describe,
-    })
+    let room = scene.room.clone();
+    frame.count_parts(LABEL, counters, move |gpu, parts| {
+        let counters = Counters::joined(parts);
+        let facts = work_items::describe(&room, &counters);
+        let had_room = work_items::had_room_in_parts(gpu, &room, &counters)?;
+        Ok(Counted { facts, had_room })
+    });
+    frame.count(LABEL, tests, 1, describe)
 }

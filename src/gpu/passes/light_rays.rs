@@ -2,15 +2,15 @@
 //! `shaders/lib/light_rays.wgsl`.
 
 use super::inputs::Receivers;
+use crate::bvh::BoxSpace;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::{Describe, Frame};
+use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::shader_struct::shader_struct;
 use crate::rounding::double_single;
-use glam::DVec3;
 
 /// Boxes and triangles of a ray at most: below the iterations after which some drivers end a loop.
 pub const MAX_STEPS: u32 = 65_000;
@@ -20,9 +20,7 @@ pub struct Search<'a> {
     pub label: &'static str,
     /// Its file of `shaders/`.
     pub file: &'static str,
-    /// Boxes are `(world - centre) / half_size`.
-    pub centre: DVec3,
-    pub half_size: f64,
+    pub space: BoxSpace,
     /// For all roundings, in the boxes' space.
     pub box_margin: f32,
     /// Of a hierarchy that compute walks.
@@ -31,7 +29,7 @@ pub struct Search<'a> {
     pub structure: Resource,
     /// (vertex, vertex, vertex, triangle) in the structure's order.
     pub triangles: &'a wgpu::TextureView,
-    pub describe: Describe,
+    pub describe: fn(&Gpu, &[u32]) -> Result<Facts>,
 }
 
 shader_struct! {
@@ -65,10 +63,10 @@ pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
 pub fn light_rays(frame: &mut Frame, seen: Receivers, search: Search) -> Result<PooledBuffer> {
     let (scene, camera) = (seen.scene, seen.camera);
     let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
-    let eye_in_boxes = (camera.eye - search.centre) / search.half_size;
+    let eye_in_boxes = search.space.from_world(camera.eye);
     let uniform = LightRaysUniform {
         eye_high: eye_high.to_array(),
-        box_scale: search.half_size.recip() as f32,
+        box_scale: search.space.half_size.recip() as f32,
         eye_low: eye_low.to_array(),
         box_margin: search.box_margin,
         eye_in_boxes: eye_in_boxes.as_vec3().to_array(),

@@ -10,7 +10,7 @@ use crate::projection::Projection;
 pub const LABEL: &str = "lookup";
 
 /// What is taken off a receiver's depth before it is compared.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DepthBias {
     /// World units.
     pub constant: f64,
@@ -22,16 +22,6 @@ pub struct DepthBias {
     pub receiver_plane: bool,
     /// Bound of the rounding error of a position in light space, world units.
     pub rounding: f64,
-}
-
-impl DepthBias {
-    pub const NONE: Self = Self {
-        constant: 0.0,
-        beam: 0.0,
-        slope: 0.0,
-        receiver_plane: false,
-        rounding: 0.0,
-    };
 }
 
 /// How a receiver is compared with the texels.

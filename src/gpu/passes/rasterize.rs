@@ -3,11 +3,11 @@
 
 use super::tessellate::{self, tessellate};
 use super::warp_map::WarpMap;
-use super::work_items::{self, Counters, PendingWork, Stages};
+use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::Frame;
+use crate::gpu::facts::Fact;
+use crate::gpu::frame::{Counted, Frame};
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
@@ -44,22 +44,6 @@ shader_struct! {
         steps_per_depth: f32,
         last_step: f32,
     }
-}
-
-/// A map with its texels and, after the next submission, its counters.
-pub struct Rasterized {
-    pub texels: PooledBuffer,
-    pub work: PendingWork,
-}
-
-fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
-    Ok(tessellate::had_room(gpu, scene, counters)? && work_items::had_room(gpu, scene, counters)?)
-}
-
-fn describe(scene: &SceneTables, counters: &Counters) -> Facts {
-    let mut facts = work_items::describe(scene, counters);
-    facts.push(Fact::sum("hidden_items", counters.hidden));
-    facts
 }
 
 /// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/parts.wgsl`.
@@ -100,12 +84,11 @@ impl<'a> RasterJob<'a> {
 
 impl Kernel {
     /// Fills the slot that reads the texels of a map.
-    pub fn stored(mut self, target: Target) -> Self {
-        self.shader.stored = match target {
+    pub fn stored(self, target: Target) -> Self {
+        self.fill(match target {
             Target::Depth => "stored/depth",
             Target::DepthTriangle => "stored/depth_triangle",
-        };
-        self
+        })
     }
 }
 
@@ -139,7 +122,7 @@ impl<'a> Drawing<'a> {
             false => "rasterize",
         };
         let (projection, origin) = (self.job.projection, scene.origin);
-        let mut kernel = Kernel::new(file)
+        let kernel = Kernel::new(file)
             .uniform(
                 &frame.gpu,
                 0,
@@ -147,23 +130,18 @@ impl<'a> Drawing<'a> {
             )
             .constant("culls_by_depth", frame.culls)
             .constant("has_receiver_tiles", self.job.receiver_tiles.is_some())
+            .fill(match self.job.target {
+                Target::Depth => "target/depth",
+                Target::DepthTriangle => "target/depth_triangle",
+            })
             .warp(self.job.warp);
-        kernel.shader.target = match self.job.target {
-            Target::Depth => "target/depth",
-            Target::DepthTriangle => "target/depth_triangle",
-        };
+        let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
         match &self.pieces {
-            None => {
-                kernel.shader.projection = projection.shader();
-                let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
-                kernel
-                    .constant("culls_hidden", culls_hidden)
-                    .triangles(scene)
-            }
-            Some(pieces) => {
-                kernel.shader.caster = "caster/pieces";
-                kernel.constant("culls_hidden", false).bind(1, pieces)
-            }
+            None => kernel
+                .fill(projection.shader())
+                .constant("culls_hidden", culls_hidden)
+                .triangles(scene),
+            Some(pieces) => kernel.fill("caster/pieces").bind(1, pieces),
         }
     }
 
@@ -212,7 +190,7 @@ pub fn rasterize(
     label: &'static str,
     scene: &SceneTables,
     job: RasterJob,
-) -> Result<Rasterized> {
+) -> Result<PooledBuffer> {
     let projection = job.projection;
     let texel_bytes = match job.target {
         Target::Depth => 4,
@@ -257,14 +235,17 @@ pub fn rasterize(
         split: drawn.clone().bind(9, tiles),
         walk: drawn.bind(5, &texels),
     };
-    let counters = work_items::record(frame, label, scene, stages)?;
-    let work = PendingWork {
-        label,
-        counters: vec![counters],
-        had_room,
-        describe,
-    };
-    Ok(Rasterized { texels, work })
+    let room = scene.room.clone();
+    let parts = vec![work_items::record(frame, label, &room, stages)?];
+    frame.count_parts(label, parts, move |gpu, parts| {
+        let counters = Counters::joined(parts);
+        let mut facts = work_items::describe(&room, &counters);
+        facts.push(Fact::sum("hidden_items", counters.hidden));
+        let had_room = tessellate::had_room(gpu, &room, &counters)?
+            && work_items::had_room(gpu, &room, &counters)?;
+        Ok(Counted { facts, had_room })
+    });
+    Ok(texels)
 }
 
 /// Bits that count the tiles along each side of a map.

@@ -28,8 +28,7 @@ pub fn ray_queries(
     let search = Search {
         label: LABEL,
         file: "ray_queries",
-        centre: structure.centre,
-        half_size: structure.half_size,
+        space: structure.space,
         box_margin: structure.margin,
         node_count: 0,
         structure: structure.boxes(),

@@ -1,13 +1,14 @@
 //! Pass "shadow map": casters to nearest depth per texel, seen from the light.
 
-use super::rasterize::{RasterJob, Rasterized, rasterize};
+use super::rasterize::{RasterJob, rasterize};
 use crate::error::Result;
 use crate::gpu::frame::Frame;
+use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 
 pub const LABEL: &str = "shadow map";
 
-pub fn shadow_map(frame: &mut Frame, scene: &SceneTables, job: RasterJob) -> Result<Rasterized> {
+pub fn shadow_map(frame: &mut Frame, scene: &SceneTables, job: RasterJob) -> Result<PooledBuffer> {
     rasterize(frame, LABEL, scene, job)
 }
 

@@ -30,14 +30,13 @@ pub fn shadow_rays(
     seen: Receivers,
     hierarchy: &HierarchyTables,
 ) -> Result<PooledBuffer> {
-    let eye_in_boxes = (seen.camera.eye - hierarchy.centre) / hierarchy.half_size;
+    let eye_in_boxes = hierarchy.space.from_world(seen.camera.eye);
     // The walk's own roundings, and those of a point relative to the eye.
     let distance = eye_in_boxes.length() + 2.0;
     let search = Search {
         label: LABEL,
         file: "shadow_rays",
-        centre: hierarchy.centre,
-        half_size: hierarchy.half_size,
+        space: hierarchy.space,
         box_margin: (distance * f64::from(WALK_MARGIN)) as f32,
         node_count: hierarchy.node_count,
         structure: (&hierarchy.nodes).into(),

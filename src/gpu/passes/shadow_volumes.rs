@@ -6,7 +6,7 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::{Describe, Frame};
+use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel, Vertices};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::EdgeTables;
@@ -230,7 +230,7 @@ pub fn shadow_volumes(
     volumes.find(frame);
     volumes.count(frame);
     let visibility = volumes.answer(frame)?;
-    let describe: Describe = match seen.light.position() {
+    let describe = match seen.light.position() {
         Some(_) => describe_local,
         None => describe_parallel,
     };

@@ -8,7 +8,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::scene_tables::{Room, SceneTables};
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::{Projection, ProjectionUniform};
 use std::sync::atomic::Ordering;
@@ -64,9 +64,11 @@ pub fn tessellate(
     };
     let gpu = frame.gpu.clone();
     let kernel = Kernel::new("tessellate");
-    let mut of_triangles = kernel.uniform(&gpu, 0, &job).bind(4, counters);
-    of_triangles.shader.projection = projection.shader();
-    let of_triangles = of_triangles.warp(warp);
+    let of_triangles = kernel
+        .fill(projection.shader())
+        .warp(warp)
+        .uniform(&gpu, 0, &job)
+        .bind(4, counters);
     let of_list = of_triangles.bare().bind(4, counters);
     let of_triangles = of_triangles.bind(5, &pieces);
     let begin = of_triangles.clone().entry("begin");
@@ -88,8 +90,7 @@ pub fn tessellate(
 }
 
 /// Whether every piece had room and was done. If not, there is more of either in the next try.
-pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
-    let room = &scene.room;
+pub fn had_room(gpu: &Gpu, room: &Room, counters: &Counters) -> Result<bool> {
     if counters.lost > 0 {
         let wanted = u64::from(counters.pieces.max(counters.most_unfinished));
         let (most, spare) = (most_pieces(gpu), room.spare_pieces.load(Ordering::Relaxed));

@@ -1,15 +1,16 @@
 //! Pass "visibility": camera to nearest depth and triangle per pixel.
 
-use super::rasterize::{RasterJob, Rasterized, rasterize};
+use super::rasterize::{RasterJob, rasterize};
 use crate::camera::Camera;
 use crate::error::Result;
 use crate::gpu::frame::Frame;
+use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::SceneTables;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "visibility";
 
-pub fn visibility(frame: &mut Frame, scene: &SceneTables, camera: &Camera) -> Result<Rasterized> {
+pub fn visibility(frame: &mut Frame, scene: &SceneTables, camera: &Camera) -> Result<PooledBuffer> {
     // Nothing is beyond the scene. A near plane says little of how long lengths are, a far one does.
     let projection = Projection {
         far: camera.zfar.min(2.0 * scene.farthest(camera.eye)),

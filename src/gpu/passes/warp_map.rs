@@ -73,12 +73,12 @@ shader_struct! {
 
 impl Kernel {
     /// Fills the slot of warps.
-    pub fn warp(mut self, warp: Option<&WarpMap>) -> Self {
+    pub fn warp(self, warp: Option<&WarpMap>) -> Self {
         let Some(warp) = warp else {
             return self;
         };
-        self.shader.warp = "warp/grid";
-        self.bind(11, &warp.uniform)
+        self.fill("warp/grid")
+            .bind(11, &warp.uniform)
             .bind(12, &warp.table)
             .constant("is_rectilinear", warp.layout.functions == [1, 1])
     }

@@ -6,7 +6,7 @@ use crate::gpu::facts::{Fact, Facts};
 use crate::gpu::frame::{Frame, Read, Source};
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::scene_tables::Room;
 use crate::gpu::shader_struct::shader_struct;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
@@ -47,9 +47,9 @@ const MAX_PARTS: u32 = 16;
 
 /// Items, and coarse ones, that a frame makes room for: one for each triangle and some more, as long as the
 /// device allows it. Grows when a frame of the scene needed more; such a frame is rendered again.
-fn capacity(gpu: &Gpu, scene: &SceneTables) -> u64 {
-    let spare = scene.room.spare_items.load(Ordering::Relaxed);
-    (u64::from(scene.triangle_count) + spare).min(most_items(gpu))
+fn capacity(gpu: &Gpu, room: &Room) -> u64 {
+    let spare = room.spare_items.load(Ordering::Relaxed);
+    (u64::from(room.triangle_count) + spare).min(most_items(gpu))
 }
 
 fn most_items(gpu: &Gpu) -> u64 {
@@ -57,10 +57,10 @@ fn most_items(gpu: &Gpu) -> u64 {
 }
 
 /// The triangles in parts whose lists have room, one after the other.
-pub fn parts(scene: &SceneTables) -> impl Iterator<Item = Range<u32>> {
-    let count = scene.triangle_count;
+pub fn parts(room: &Room) -> impl Iterator<Item = Range<u32>> + use<> {
+    let count = room.triangle_count;
     let size = count
-        .div_ceil(scene.room.caster_parts.load(Ordering::Relaxed))
+        .div_ceil(room.caster_parts.load(Ordering::Relaxed))
         .max(1);
     (0..count)
         .step_by(size as usize)
@@ -69,9 +69,10 @@ pub fn parts(scene: &SceneTables) -> impl Iterator<Item = Range<u32>> {
 
 impl Counters {
     /// Those of a pass in parts, whose lists follow one another.
-    pub fn joined(parts: &[Self]) -> Self {
-        let mut joined = parts[0];
-        for part in &parts[1..] {
+    pub fn joined(parts: &[Vec<u32>]) -> Self {
+        let mut parts = parts.iter().map(|part| bytemuck::cast_slice(part)[0]);
+        let mut joined: Self = parts.next().expect("a pass has a part");
+        for part in parts {
             joined.items = joined.items.max(part.items);
             joined.coarse_items = joined.coarse_items.max(part.coarse_items);
             joined.outside += part.outside;
@@ -81,22 +82,10 @@ impl Counters {
     }
 }
 
-/// What the counters of a pass say of its lists.
-pub type HadRoom = fn(&Gpu, &SceneTables, &Counters) -> Result<bool>;
-
-/// Counters of a pass that the next submission brings.
-pub struct PendingWork {
-    pub label: &'static str,
-    /// Of each part.
-    pub counters: Vec<Read<Counters>>,
-    pub had_room: HadRoom,
-    pub describe: fn(&SceneTables, &Counters) -> Facts,
-}
-
 /// What is counted whichever pass has the lists.
-pub fn describe(scene: &SceneTables, counters: &Counters) -> Facts {
+pub fn describe(room: &Room, counters: &Counters) -> Facts {
     let all = match counters.is_linear {
-        0 => scene.triangle_count,
+        0 => room.triangle_count,
         _ => counters.pieces,
     };
     vec![
@@ -109,9 +98,9 @@ pub fn describe(scene: &SceneTables, counters: &Counters) -> Facts {
 }
 
 /// Whether every item of a pass had room in its list. If not, room is made for the next try.
-pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+pub fn had_room(gpu: &Gpu, room: &Room, counters: &Counters) -> Result<bool> {
     let wanted = u64::from(counters.items.max(counters.coarse_items));
-    if wanted <= capacity(gpu, scene) {
+    if wanted <= capacity(gpu, room) {
         return Ok(true);
     }
     let most = most_items(gpu);
@@ -121,24 +110,24 @@ pub fn had_room(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<b
             gpu.adapter.name
         )));
     }
-    let spare = wanted - u64::from(scene.triangle_count).min(wanted);
+    let spare = wanted - u64::from(room.triangle_count).min(wanted);
     // Splitting goes on where coarse items had no room, so the next try may need more again.
-    let room = (2 * spare).next_power_of_two();
-    scene.room.spare_items.fetch_max(room, Ordering::Relaxed);
+    let more = (2 * spare).next_power_of_two();
+    room.spare_items.fetch_max(more, Ordering::Relaxed);
     Ok(false)
 }
 
 /// The same of a pass that takes the triangles in parts: more parts have more room.
-pub fn had_room_in_parts(gpu: &Gpu, scene: &SceneTables, counters: &Counters) -> Result<bool> {
+pub fn had_room_in_parts(gpu: &Gpu, room: &Room, counters: &Counters) -> Result<bool> {
     let wanted = u64::from(counters.items.max(counters.coarse_items));
     let most = most_items(gpu);
-    let parts = scene.room.caster_parts.load(Ordering::Relaxed);
+    let parts = room.caster_parts.load(Ordering::Relaxed);
     if wanted <= most || parts >= MAX_PARTS {
-        return had_room(gpu, scene, counters);
+        return had_room(gpu, room, counters);
     }
     let more = (2 * wanted).div_ceil(most).min(u64::from(MAX_PARTS)) as u32;
     let parts = parts.saturating_mul(more).min(MAX_PARTS);
-    scene.room.caster_parts.store(parts, Ordering::Relaxed);
+    room.caster_parts.store(parts, Ordering::Relaxed);
     Ok(false)
 }
 
@@ -168,12 +157,12 @@ pub fn counters(frame: &mut Frame) -> Result<PooledBuffer> {
 pub fn record(
     frame: &mut Frame,
     label: &'static str,
-    scene: &SceneTables,
+    room: &Room,
     stages: Stages,
-) -> Result<Read<Counters>> {
+) -> Result<Read<u32>> {
     let per_invocation = stages.per_invocation;
     let counters = stages.counters;
-    let size = capacity(&frame.gpu, scene) * ITEM_BYTES;
+    let size = capacity(&frame.gpu, room) * ITEM_BYTES;
     let items = frame.storage("items of work", size)?;
     let coarse_items = frame.storage("coarse items of work", size)?;
     let of_stage = |kernel: Kernel, entry_point| {
@@ -201,5 +190,5 @@ pub fn record(
     let walk = of_stage(stages.walk, "walk").bind(6, &items);
     dispatches.extend(counted(prepare_walk, walk));
     frame.pass(label, &dispatches);
-    frame.read(Source::Taken(counters), 1)
+    frame.read(Source::Taken(counters), size_of::<Counters>() / 4)
 }

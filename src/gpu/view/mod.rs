@@ -21,7 +21,6 @@ use crate::gpu::passes::rasterize::{RasterJob, Rasterization};
 use crate::gpu::passes::receivers::{self, Bounds};
 use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::WarpMap;
-use crate::gpu::passes::work_items::{Counters, HadRoom, PendingWork};
 use crate::gpu::passes::{forward_importance, samples, shadow_edge, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::light::Light;
@@ -40,9 +39,6 @@ pub struct View<'a> {
     seen: Receivers<'a>,
     /// Whether texels that no receiver looks at are wanted, too.
     draws_whole_maps: bool,
-    /// What the next submission counts.
-    pending_work: Vec<PendingWork>,
-    counters: Vec<(HadRoom, Counters)>,
     stats: Stats,
     begun: Option<InitialImage>,
 }
@@ -148,8 +144,6 @@ impl<'a> View<'a> {
             frame,
             seen,
             draws_whole_maps,
-            pending_work: Vec::new(),
-            counters: Vec::new(),
             stats: Stats {
                 triangles: scene.triangles().len(),
                 degenerate_triangles: scene.degenerate_count(),
@@ -187,13 +181,6 @@ impl<'a> View<'a> {
         self.begun()?;
         let begun = self.begun.as_mut().expect("just begun");
         begun.tiles(&mut self.frame, seen)
-    }
-
-    /// The texels of a map.
-    fn shadow_map(&mut self, job: RasterJob) -> Result<PooledBuffer> {
-        let rasterized = shadow_map::shadow_map(&mut self.frame, self.seen.scene, job)?;
-        self.pending_work.push(rasterized.work);
-        Ok(rasterized.texels)
     }
 
     fn receiver_bounds(&mut self, layers: &[Layer]) -> Result<Vec<Option<Corners>>> {
@@ -240,7 +227,11 @@ impl<'a> View<'a> {
 
     /// What the light sees of a layer.
     pub fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
-        let texels = self.shadow_map(RasterJob::plain(&layer.projection))?;
+        let texels = shadow_map::shadow_map(
+            &mut self.frame,
+            self.seen.scene,
+            RasterJob::plain(&layer.projection),
+        )?;
         Ok(Analysed {
             layer,
             texels,
@@ -328,11 +319,6 @@ impl<'a> View<'a> {
         self.stats.measures.push((name, value));
     }
 
-    /// Counters to be taken after the next submission.
-    pub(crate) fn keep_work(&mut self, work: PendingWork) {
-        self.pending_work.push(work);
-    }
-
     /// Whether what cannot change the picture is left out.
     pub(crate) fn culls(&self) -> bool {
         self.frame.culls
@@ -344,35 +330,12 @@ impl<'a> View<'a> {
     }
 
     pub(crate) fn submit(&mut self) -> Result<ReadResults> {
-        let results = self.frame.submit()?;
-        for work in self.pending_work.drain(..) {
-            let parts = work.counters.iter().map(|read| Ok(results.take(read)?[0]));
-            let counters = Counters::joined(&parts.collect::<Result<Vec<_>>>()?);
-            let facts = (work.describe)(self.seen.scene, &counters);
-            self.stats.facts.add(work.label, facts);
-            self.counters.push((work.had_room, counters));
-        }
-        for pending in std::mem::take(&mut self.frame.facts) {
-            let counters = results.take(&pending.counters)?;
-            let facts = (pending.describe)(&self.frame.gpu, &counters)?;
-            self.stats.facts.add(pending.label, facts);
-        }
-        Ok(results)
+        self.frame.submit()
     }
 
     /// Receivers that face the light in all layers, once their bounds were asked for.
     pub fn facing_count(&self) -> u32 {
         self.stats.receivers.map_or(0, |counts| counts.facing)
-    }
-
-    /// Whether every list of work was long enough; else there is room for the next try.
-    pub(crate) fn had_room(&self) -> Result<bool> {
-        for (had_room, counters) in &self.counters {
-            if !had_room(&self.frame.gpu, self.seen.scene, counters)? {
-                return Ok(false);
-            }
-        }
-        Ok(true)
     }
 
     pub(crate) fn finish(self) -> (Frame, Stats) {

@@ -72,7 +72,7 @@ impl View<'_> {
                 receiver_tiles: tiles.as_deref(),
                 ..whole
             };
-            let texels = self.shadow_map(drawn)?;
+            let texels = shadow_map::shadow_map(&mut self.frame, self.seen.scene, drawn)?;
             let rounding = position_rounding(projection, self.camera.eye);
             let looked = LookupInput {
                 projection,
@@ -130,7 +130,8 @@ impl View<'_> {
             let seen = self.seen.within(region, tiles.as_deref());
             // The nearest casters, which settle most receivers that are in shadow.
             let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
-            let texels = self.shadow_map(RasterJob::plain(&map))?;
+            let texels =
+                shadow_map::shadow_map(&mut self.frame, self.seen.scene, RasterJob::plain(&map))?;
             let mut grid = LightGrid::new(seen.scene, self.camera, projection, map.width);
             for first_row in (0..self.camera.height).step_by(rows as usize) {
                 grid.first_row = first_row;
@@ -138,9 +139,7 @@ impl View<'_> {
                 let frame = &mut self.frame;
                 let lists =
                     receiver_lists::receiver_lists(frame, seen, &grid, warp, &texels, &visibility)?;
-                let work =
-                    caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
-                self.pending_work.push(work);
+                caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
             }
         }
         Ok(Recorded {
