@@ -1,15 +1,15 @@
-// Where the boundaries of the shadows are in the image, by tiles of TILE x TILE pixels:
+// Where the boundaries of the shadows are in the image, by blocks of 4 x 4 pixels:
 //
-//   mark    which tiles hold lit receivers that face the light, and which hold receivers in shadow
-//   weigh   a tile that holds both, alone or with its eight neighbours, weighs more: its pixels are
-//           within TILE to 2 TILE pixels of a boundary
+//   mark    which blocks hold lit receivers that face the light, and which hold receivers in shadow
+//   weigh   a block that holds both, alone or with its eight neighbours, weighs more: its pixels are
+//           within 4 to 8 pixels of a boundary
 #import lib/receivers
 
 @group(0) @binding(0) var<storage, read> visibility: array<f32>;
 @group(0) @binding(1) var<storage, read_write> marks: array<u32>;
 @group(0) @binding(2) var<storage, read_write> weights: array<f32>;
 
-const TILE: u32 = 4u;
+const BOUNDARY_BLOCK: u32 = 4u;
 const LIT: u32 = 1u;
 const SHADOWED: u32 = 2u;
 
@@ -18,14 +18,14 @@ override boundary_weight: f32 = 20.0;
 @compute @workgroup_size(64)
 fn mark(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let receivers = receivers_uniform;
-    let columns = (receivers.width + TILE - 1u) / TILE;
+    let columns = (receivers.width + BOUNDARY_BLOCK - 1u) / BOUNDARY_BLOCK;
     if invocation.x >= columns {
         return;
     }
     var found = 0u;
-    for (var i = 0u; i < TILE * TILE; i += 1u) {
-        let column = invocation.x * TILE + i % TILE;
-        let row = invocation.y * TILE + i / TILE;
+    for (var i = 0u; i < BOUNDARY_BLOCK * BOUNDARY_BLOCK; i += 1u) {
+        let column = invocation.x * BOUNDARY_BLOCK + i % BOUNDARY_BLOCK;
+        let row = invocation.y * BOUNDARY_BLOCK + i / BOUNDARY_BLOCK;
         if column < receivers.width && row < receivers.height {
             if load_receiver(receivers, column, row).faces_light {
                 let is_lit = visibility[row * receivers.width + column] > 0.5;
@@ -39,8 +39,8 @@ fn mark(@builtin(global_invocation_id) invocation: vec3<u32>) {
 @compute @workgroup_size(64)
 fn weigh(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let receivers = receivers_uniform;
-    let columns = i32((receivers.width + TILE - 1u) / TILE);
-    let rows = i32((receivers.height + TILE - 1u) / TILE);
+    let columns = i32((receivers.width + BOUNDARY_BLOCK - 1u) / BOUNDARY_BLOCK);
+    let rows = i32((receivers.height + BOUNDARY_BLOCK - 1u) / BOUNDARY_BLOCK);
     let place = vec2<i32>(invocation.xy);
     if place.x >= columns {
         return;

@@ -210,8 +210,8 @@ fn bin(invocation: Invocation) {
             break;
         }
         let caster = load_caster(grid, warp, id);
-        let first = caster.first >> vec2<u32>(TILE_SHIFT);
-        let last = caster.last >> vec2<u32>(TILE_SHIFT);
+        let first = caster.first >> vec2<u32>(GRID_TILE_SHIFT);
+        let last = caster.last >> vec2<u32>(GRID_TILE_SHIFT);
         if any(caster.last < caster.first) {
             outside += 1u;
         } else if all(last - first < vec2<i32>(FEW)) {
@@ -251,8 +251,8 @@ fn split(invocation: Invocation) {
     let caster = load_caster(grid, warp, item.triangle);
     let corner = vec2<i32>(vec2<u32>(item.part & 0xffu, item.part >> 8u) << vec2<u32>(grid.coarse_shift));
     let side = 1 << grid.coarse_shift;
-    let first = max(corner, caster.first) >> vec2<u32>(TILE_SHIFT);
-    let last = min(corner + side - 1, caster.last) >> vec2<u32>(TILE_SHIFT);
+    let first = max(corner, caster.first) >> vec2<u32>(GRID_TILE_SHIFT);
+    let last = min(corner + side - 1, caster.last) >> vec2<u32>(GRID_TILE_SHIFT);
     var tile = first;
     while tile.y <= last.y {
         append_if_touched(grid, caster, item.triangle, tile);
@@ -353,9 +353,9 @@ fn walk(invocation: Invocation) {
             index += GROUP;
             id = item.triangle;
             caster = load_caster(grid, warp, id);
-            let corner = vec2<i32>(vec2<u32>(item.part & 0xffu, (item.part >> 8u) & 0xffu) << vec2<u32>(TILE_SHIFT));
+            let corner = vec2<i32>(vec2<u32>(item.part & 0xffu, (item.part >> 8u) & 0xffu) << vec2<u32>(GRID_TILE_SHIFT));
             first = max(corner, caster.first);
-            last = min(corner + (1 << TILE_SHIFT) - 1, caster.last);
+            last = min(corner + (1 << GRID_TILE_SHIFT) - 1, caster.last);
             row = first.y;
             skipped = (item.part >> 16u) * PART;
             left = PART;

@@ -19,7 +19,7 @@ struct Importance {
     map_weights: vec2<u32>,             // columns, rows
     normal_bonus: f32,                  // Rosen's beta
     shadow_edges: u32,                  // columns and rows
-    tiles: u32,                         // columns of boundary weights
+    blocks: u32,                        // columns of boundary weights
     unit: f32,                          // what a weight of one counts
 }
 
@@ -34,7 +34,7 @@ override counts: bool = false;
 override uses_boundary: bool = false;
 override uses_pixel_weights: bool = false;
 
-const TILE: u32 = 4u;                   // as in boundary.wgsl
+const BOUNDARY_BLOCK: u32 = 4u;         // as in boundary.wgsl
 
 // A light matrix may leave receivers off the map, which need no texels; rounding leaves none.
 const OFF_THE_MAP: f32 = 0.501;
@@ -48,7 +48,7 @@ fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, w
         value *= shadow_edges[cell_at(uv.y, size) * size + cell_at(uv.x, size)];
     }
     if uses_boundary {
-        value *= boundary_weights[(pixel.y / TILE) * importance.tiles + pixel.x / TILE];
+        value *= boundary_weights[(pixel.y / BOUNDARY_BLOCK) * importance.blocks + pixel.x / BOUNDARY_BLOCK];
     }
     if uses_pixel_weights {
         value *= pixel_weights[pixel.y * width + pixel.x];

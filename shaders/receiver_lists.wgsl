@@ -191,7 +191,7 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 // ---- measure ----
 
 // A row of a tile an invocation; the first of each tile joins them.
-const ROWS: u32 = 1u << TILE_SHIFT;
+const ROWS: u32 = 1u << GRID_TILE_SHIFT;
 const TILES: u32 = 4u;
 
 var<workgroup> least: array<vec2<f32>, TILES * ROWS>;
@@ -211,7 +211,7 @@ fn measure(
 ) {
     let grid = light_grid_uniform;
     let tile = vec2<u32>(group.x * TILES + local.y, group.y);
-    let first = tile << vec2<u32>(TILE_SHIFT);
+    let first = tile << vec2<u32>(GRID_TILE_SHIFT);
     let row = first.y + local.x;
     var low = vec2<f32>(FAR);
     var high = vec2<f32>(-FAR);

@@ -6,7 +6,6 @@ use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::gpu::frame::{Frame, Read, ReadResults, Source, Timings};
 use crate::gpu::passes::importance_map::ImportanceMap;
-use crate::gpu::passes::rasterize::Target;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
@@ -106,6 +105,7 @@ impl Outputs {
 }
 
 /// A rendered frame.
+#[derive(Default)]
 pub struct Rendered {
     /// Per pixel: 1 lit, 0 in shadow, NaN where no surface is seen.
     pub visibility: Vec<f32>,
@@ -250,12 +250,6 @@ fn render_together(
     )))
 }
 
-/// The texels of a layer, as its target stores them.
-enum MapRead {
-    Depth(Read<u32>),
-    DepthTriangle(Read<u64>),
-}
-
 /// `None` where a work list was too short.
 fn try_render(
     device_scene: &mut DeviceScene,
@@ -368,16 +362,10 @@ fn record(
     stats.layers = layers.len();
     let mut rendered = Rendered {
         visibility: results.take(&visibility)?,
-        triangle_id: Vec::new(),
-        shadow_map: Vec::new(),
-        importance_maps: Vec::new(),
-        layers: Vec::new(),
-        aliasing_error: None,
-        largest_aliasing_error: None,
-        max_effective_resolution: None,
         timings: frame.timings(),
         stats,
         adapter: gpu.adapter.clone(),
+        ..Rendered::default()
     };
     if let Some(keys) = &keys {
         let keys = results.take(keys)?.into_iter();
@@ -392,23 +380,21 @@ fn record(
 /// What is read back of a layer.
 struct LayerReads {
     fitted: Layer,
-    map: Option<MapRead>,
+    /// Words of a texel, of which the last one is the depth.
+    map: Option<(usize, Read<u32>)>,
     importance: Option<(ImportanceMap, Read<u32>)>,
     warp: Option<(Layout, Read<f32>)>,
 }
 
 impl LayerReads {
     fn new(frame: &mut Frame, layer: RasterizedLayer, outputs: Outputs) -> Result<Self> {
-        let RasterizedLayer {
-            plan,
-            comparison,
-            texels,
-        } = layer;
+        let target = layer.comparison.target();
         let WarpedLayer {
             layer: fitted,
             warp,
             importance,
-        } = plan;
+        } = layer.plan;
+        let texels = fitted.projection.texel_count();
         let mut reads = Self {
             fitted,
             map: None,
@@ -416,11 +402,9 @@ impl LayerReads {
             warp: None,
         };
         if outputs.has(Output::ShadowMap) {
-            let (texels, count) = (Source::Taken(texels), reads.fitted.projection.texel_count());
-            reads.map = Some(match comparison.target() {
-                Target::Depth => MapRead::Depth(frame.read(texels, count)?),
-                Target::DepthTriangle => MapRead::DepthTriangle(frame.read(texels, count)?),
-            });
+            let words = target.texel_bytes() / 4;
+            let read = frame.read(Source::Taken(layer.texels), words * texels)?;
+            reads.map = Some((words, read));
         }
         if let Some(importance) = importance.filter(|_| outputs.has(Output::ImportanceMap)) {
             let count = (importance.cells as usize).pow(2);
@@ -438,16 +422,13 @@ impl LayerReads {
 
     /// Adds the layer to a frame.
     fn take(self, results: &ReadResults, rendered: &mut Rendered) -> Result<()> {
-        let keys = match &self.map {
-            Some(MapRead::Depth(read)) => results.take(read)?,
-            Some(MapRead::DepthTriangle(read)) => {
-                let keys = results.take(read)?.into_iter();
-                keys.map(|key| (key >> 32) as u32).collect()
-            }
-            None => Vec::new(),
-        };
-        let depths = keys.into_iter().map(shadow_map::depth_from_key);
-        rendered.shadow_map.extend(depths);
+        if let Some((words, read)) = &self.map {
+            let keys = results.take(read)?.into_iter();
+            let keys = keys.skip(words - 1).step_by(*words);
+            rendered
+                .shadow_map
+                .extend(keys.map(shadow_map::depth_from_key));
+        }
         if let Some((map, read)) = &self.importance {
             let bits = results.take(read)?.into_iter();
             let values = bits.map(|bits| map.value_from_bits(bits)).collect();

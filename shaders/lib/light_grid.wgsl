@@ -33,7 +33,7 @@ struct LightGrid {
 override is_local: bool = false;
 
 // Texels along the side of a tile.
-const TILE_SHIFT: u32 = 4u;
+const GRID_TILE_SHIFT: u32 = 4u;
 
 fn grid_from_offset(grid: LightGrid, p: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(grid.x_axis, p), dot(grid.y_axis, p), dot(grid.z_axis, p));

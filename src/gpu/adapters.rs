@@ -15,7 +15,7 @@ pub(super) const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your G
      (Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
 
 /// Name, type, backend and driver of an adapter: part of every result.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct AdapterDescription {
     pub name: String,
     pub kind: String,

@@ -18,7 +18,7 @@ use super::prelude::*;
 use super::warps::{non_orthogonal, rectilinear};
 use crate::fits::boxes::fit_straight_boxes;
 use crate::gpu::passes::importance_map::{Factors, Importance};
-use crate::gpu::passes::light_grid::{LARGEST_RESOLUTION, TILE};
+use crate::gpu::passes::light_grid::{GRID_TILE, LARGEST_RESOLUTION};
 use crate::gpu::passes::warp_map::CountFit;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +80,7 @@ impl Exact {
         let layers = fit_straight_boxes(view, FEWEST_TEXELS)?;
         let resolution = self.resolution.unwrap_or_else(|| {
             let receivers = f64::from(view.facing_count()) / layers.len().max(1) as f64;
-            let side = ((2.0 * receivers).sqrt() as u32).next_multiple_of(TILE);
+            let side = ((2.0 * receivers).sqrt() as u32).next_multiple_of(GRID_TILE);
             side.clamp(FEWEST_TEXELS, LARGEST_RESOLUTION)
         });
         let layers = layers.iter();

@@ -8,10 +8,10 @@ use crate::gpu::pool::PooledBuffer;
 
 pub const LABEL: &str = "boundary";
 
-/// Pixels along each side of a tile, as in the shader.
-const TILE: u32 = 4;
+/// Pixels along each side of a block, as in the shader.
+const BLOCK: u32 = 4;
 
-/// Weights by tiles of the image.
+/// Weights by blocks of the image.
 pub struct BoundaryWeights {
     pub weights: PooledBuffer,
     pub columns: u32,
@@ -24,8 +24,8 @@ pub fn boundary(
     visibility: &wgpu::Buffer,
     weight: f64,
 ) -> Result<BoundaryWeights> {
-    let columns = seen.camera.width.div_ceil(TILE);
-    let rows = seen.camera.height.div_ceil(TILE);
+    let columns = seen.camera.width.div_ceil(BLOCK);
+    let rows = seen.camera.height.div_ceil(BLOCK);
     let size = 4 * u64::from(columns) * u64::from(rows);
     let marks = frame.storage(LABEL, size)?;
     let weights = frame.storage("boundary weights", size)?;

@@ -74,7 +74,7 @@ shader_struct! {
         map_weights: [u32; 2],
         normal_bonus: f32,
         shadow_edges: u32,
-        tiles: u32,
+        blocks: u32,
         unit: f32,
     }
 }
@@ -99,7 +99,7 @@ pub fn importance_map(
         map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
         normal_bonus: factors.normal.unwrap_or(0.0) as f32,
         shadow_edges: factors.shadow_edge.map_or(1, |(_, side)| side),
-        tiles: factors.boundary.map_or(1, |boundary| boundary.columns),
+        blocks: factors.boundary.map_or(1, |boundary| boundary.columns),
         unit: count_unit.unwrap_or(1.0) as f32,
     };
     let map = frame.storage(LABEL, 4 * u64::from(cells).pow(2))?;

@@ -9,10 +9,10 @@ use glam::{DMat3, DVec2};
 use std::ops::Range;
 
 /// Texels along the side of a tile, as in the shader.
-pub const TILE: u32 = 16;
+pub const GRID_TILE: u32 = 16;
 
 /// Tiles are counted in 8 bits.
-pub const LARGEST_RESOLUTION: u32 = 256 * TILE;
+pub const LARGEST_RESOLUTION: u32 = 256 * GRID_TILE;
 
 /// Of the farthest depth: where casters that reach behind a local light are cut. Nearer, rounding would
 /// make the bounds of what is left as wide as the grid.
@@ -65,7 +65,7 @@ impl LightGrid {
             8.0 * f64::from(f32::EPSILON) * (scene.farthest(camera.eye) + light.length());
         let size = projection.width;
         // No triangle is cut into more than 64 x 64 coarse tiles.
-        let coarse = (size.div_ceil(64)).next_power_of_two().max(8 * TILE);
+        let coarse = (size.div_ceil(64)).next_power_of_two().max(8 * GRID_TILE);
         Self {
             x_axis: axes.row(0).as_vec3().to_array(),
             rounding: rounding as f32,
@@ -74,7 +74,7 @@ impl LightGrid {
             z_axis: axes.row(2).as_vec3().to_array(),
             size,
             light: light.as_vec3().to_array(),
-            tiles: size.div_ceil(TILE),
+            tiles: size.div_ceil(GRID_TILE),
             scale: texels_per_unit.as_vec2().to_array(),
             offset: (projection.centre + shift).as_vec2().to_array(),
             eye_high: eye_high.to_array(),

@@ -23,6 +23,15 @@ pub enum Target {
     DepthTriangle,
 }
 
+impl Target {
+    pub fn texel_bytes(self) -> usize {
+        match self {
+            Self::Depth => 4,
+            Self::DepthTriangle => 8,
+        }
+    }
+}
+
 /// How triangles become texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rasterization {
@@ -46,8 +55,8 @@ shader_struct! {
     }
 }
 
-/// Binary logarithm of the side of the tiles that are drawn: `FINE_SHIFT` in `shaders/lib/parts.wgsl`.
-pub const TILE_SHIFT: u32 = 3;
+/// Binary logarithm of the side of the tiles that are drawn: the same in `shaders/lib/parts.wgsl`.
+pub const FINE_SHIFT: u32 = 3;
 
 /// With more, what a triangle hides is not looked for: it takes a look at all bands of a tile in each of them, and
 /// all loops of an invocation together must stay below 65,535 iterations.
@@ -55,7 +64,7 @@ const MAX_HIDING_BANDS: u32 = 64;
 
 /// Columns and rows of them.
 pub fn tiles_of_map(projection: &Projection) -> [u32; 2] {
-    [projection.width, projection.height].map(|side| side.div_ceil(1 << TILE_SHIFT))
+    [projection.width, projection.height].map(|side| side.div_ceil(1 << FINE_SHIFT))
 }
 
 /// A map to draw.
@@ -65,7 +74,7 @@ pub struct RasterJob<'a> {
     pub warp: Option<&'a WarpMap>,
     pub target: Target,
     pub rasterization: Rasterization,
-    /// From `receiver_tiles`, of `TILE_SHIFT`: what the other tiles hold is undefined.
+    /// From `receiver_tiles`, of `FINE_SHIFT`: what the other tiles hold is undefined.
     pub receiver_tiles: Option<&'a wgpu::Buffer>,
 }
 
@@ -192,11 +201,8 @@ pub fn rasterize(
     job: RasterJob,
 ) -> Result<PooledBuffer> {
     let projection = job.projection;
-    let texel_bytes = match job.target {
-        Target::Depth => 4,
-        Target::DepthTriangle => 8,
-    };
-    let texels = frame.storage(label, projection.texel_count() as u64 * texel_bytes)?;
+    let texel_bytes = job.target.texel_bytes();
+    let texels = frame.storage(label, (projection.texel_count() * texel_bytes) as u64)?;
     frame.clear(&texels);
     let counters = work_items::counters(frame)?;
     let pieces = match job.rasterization {
@@ -250,7 +256,7 @@ pub fn rasterize(
 
 /// Bits that count the tiles along each side of a map.
 fn tile_bits(width: u32, height: u32) -> [u32; 2] {
-    [width, height].map(|side| u32::BITS - ((side - 1) >> TILE_SHIFT | 1).leading_zeros())
+    [width, height].map(|side| u32::BITS - ((side - 1) >> FINE_SHIFT | 1).leading_zeros())
 }
 
 /// Functions along an axis of a warp that an item of work can tell apart, in a map of so many texels.

@@ -1,7 +1,7 @@
 //! Pass "receiver lists": receivers sorted into the texels of the light's grid, `shaders/receiver_lists.wgsl`.
 
 use super::inputs::Receivers;
-use super::light_grid::{LightGrid, TILE};
+use super::light_grid::{GRID_TILE, LightGrid};
 use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::device::Gpu;
@@ -123,7 +123,7 @@ pub fn receiver_lists(
         measure.dispatch(by_tile),
     ];
     frame.pass(LABEL, &dispatches);
-    debug_assert_eq!(TILE, 16, "a row of a tile an invocation of `measure`");
+    debug_assert_eq!(GRID_TILE, 16, "a row of a tile an invocation of `measure`");
     frame.count(LABEL, counters, 2, describe)?;
     Ok(lists)
 }

@@ -1,7 +1,7 @@
 //! Pass "receiver tiles": the tiles of a shadow map that receivers look at.
 
 use super::inputs::Receivers;
-use super::rasterize::{TILE_SHIFT, tiles_of_map};
+use super::rasterize::{FINE_SHIFT, tiles_of_map};
 use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::frame::Frame;
@@ -36,7 +36,7 @@ pub fn receiver_tiles(
     let tiles = frame.storage(LABEL, 4 * u64::from(columns) * u64::from(rows))?;
     frame.clear(&tiles);
     let uniform = ReceiverTilesUniform {
-        shift: TILE_SHIFT,
+        shift: FINE_SHIFT,
         columns,
         reach: f32::from(reach) + SLACK,
     };
