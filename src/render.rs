@@ -4,11 +4,11 @@ use crate::aliasing::{self, RenderedLayer};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
-use crate::gpu::frame::{Frame, Read, ReadResults, Source, Timings};
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::{Read, ReadResults, Recording, Source, Timings};
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::view::{RasterizedLayer, Recorded, Stats, View, WarpedLayer};
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
@@ -260,7 +260,7 @@ fn try_render(
     outputs: Outputs,
 ) -> Result<Option<Vec<Rendered>>> {
     let gpu = device_scene.gpu.clone();
-    let mut frames = Frame::together(&gpu, lights.len(), outputs.culls());
+    let mut frames = Recording::together(&gpu, lights.len(), outputs.culls());
     let tables = &device_scene.tables;
     let known = device_scene
         .visibility
@@ -387,7 +387,7 @@ struct LayerReads {
 }
 
 impl LayerReads {
-    fn new(frame: &mut Frame, layer: RasterizedLayer, outputs: Outputs) -> Result<Self> {
+    fn new(frame: &mut Recording, layer: RasterizedLayer, outputs: Outputs) -> Result<Self> {
         let target = layer.comparison.target();
         let WarpedLayer {
             layer: fitted,

@@ -5,9 +5,9 @@
 //! `src/bvh.rs`, where they are one constant for an eye within reach.
 
 use super::device::Gpu;
-use super::frame::Frame;
 use super::kernel::Resource;
 use super::lock::lock;
+use super::recording::Recording;
 use super::tables::{triangle_items, write_items};
 use crate::bvh::{BoxSpace, TriangleBoxes, WALK_MARGIN};
 use crate::error::{Error, Result};
@@ -188,7 +188,7 @@ impl KeptStructure {
     /// built now. Fails where the device does, without harm to it.
     pub fn get(
         &self,
-        frame: &Frame,
+        frame: &Recording,
         scene: &Scene,
         eye: DVec3,
     ) -> Result<(Arc<AccelerationStructure>, bool)> {

@@ -104,7 +104,7 @@ impl Gathering {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::{Frame, Source};
+    use super::super::recording::{Recording, Source};
     use super::*;
 
     #[test]
@@ -118,7 +118,7 @@ mod tests {
             for (member, rounds) in members.into_iter().zip(rounds) {
                 let gpu = &gpu;
                 scope.spawn(move || {
-                    let mut frame = Frame::new(gpu, member, true);
+                    let mut frame = Recording::new(gpu, member, true);
                     for _ in 0..rounds {
                         let buffer = frame.storage("buffer", 64).unwrap();
                         frame.clear(&buffer);
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn a_failed_submission_is_an_error_to_all() {
         let gpu = Arc::new(Gpu::new().unwrap());
-        let frames = Frame::together(&gpu, 3, true);
+        let frames = Recording::together(&gpu, 3, true);
         std::thread::scope(|scope| {
             for (i, mut frame) in frames.into_iter().enumerate() {
                 scope.spawn(move || {

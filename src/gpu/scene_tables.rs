@@ -2,9 +2,9 @@
 
 use super::acceleration::KeptStructure;
 use super::device::Gpu;
-use super::frame::Frame;
 use super::kernel::Kernel;
 use super::lock::lock;
+use super::recording::Recording;
 use super::tables::{new_table, triangle_items, write_items, write_table};
 use crate::bvh::{BoxSpace, Bvh};
 use crate::edges::Edges;
@@ -168,14 +168,18 @@ impl SceneTables {
     }
 
     /// Built at first use and after the vertices moved; also says whether it was built now.
-    pub fn hierarchy(&self, frame: &Frame, scene: &Scene) -> Result<(Arc<HierarchyTables>, bool)> {
+    pub fn hierarchy(
+        &self,
+        frame: &Recording,
+        scene: &Scene,
+    ) -> Result<(Arc<HierarchyTables>, bool)> {
         built_once(&self.hierarchy, frame, || {
             HierarchyTables::new(&frame.gpu, scene)
         })
     }
 
     /// Likewise.
-    pub fn edges(&self, frame: &Frame, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
+    pub fn edges(&self, frame: &Recording, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
         built_once(&self.edges, frame, || EdgeTables::new(&frame.gpu, scene))
     }
 
@@ -216,7 +220,7 @@ impl Kernel {
 
 fn built_once<T>(
     cached: &Mutex<Option<Arc<T>>>,
-    frame: &Frame,
+    frame: &Recording,
     build: impl FnOnce() -> Result<T>,
 ) -> Result<(Arc<T>, bool)> {
     let mut cached = lock(cached);

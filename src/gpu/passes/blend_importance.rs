@@ -3,8 +3,8 @@
 use super::importance_map::ImportanceMap;
 use super::warp_map::WarpMap;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 use glam::{DMat3, DVec2};
 
@@ -38,7 +38,7 @@ shader_struct! {
 /// Blends the map in place: counts along y, where there is a `warp` whose functions along x say where the
 /// old ones belong, or else what is laid out as the map is.
 pub fn blend_importance(
-    frame: &mut Frame,
+    frame: &mut Recording,
     map: &ImportanceMap,
     old: OldImportance,
     warp: Option<&WarpMap>,

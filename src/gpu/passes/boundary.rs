@@ -2,9 +2,9 @@
 
 use super::inputs::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 
 pub const LABEL: &str = "boundary";
 
@@ -19,7 +19,7 @@ pub struct BoundaryWeights {
 
 /// `weight` where a boundary is near, 1 elsewhere.
 pub fn boundary(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     visibility: &wgpu::Buffer,
     weight: f64,

@@ -8,8 +8,8 @@ use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::{Counted, Frame};
 use crate::gpu::kernel::Kernel;
+use crate::gpu::recording::{Counted, Recording};
 
 pub const LABEL: &str = "caster tests";
 
@@ -20,7 +20,7 @@ fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
 /// Writes 0 into the image where a caster is met. The triangles are taken in as many parts as their lists
 /// need, each with its counters.
 pub fn caster_tests(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     grid: &LightGrid,
     warp: Option<&WarpMap>,

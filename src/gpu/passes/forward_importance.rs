@@ -4,8 +4,8 @@ use super::importance_map::{Factors, ImportanceMap};
 use super::inputs::Receivers;
 use super::rasterize::Target;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
 use glam::DVec3;
@@ -31,7 +31,7 @@ shader_struct! {
 
 /// The greatest importance in each cell of the texels of an image of depths and triangles.
 pub fn forward_importance(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     projection: &Projection,
     texels: &wgpu::Buffer,

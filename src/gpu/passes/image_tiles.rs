@@ -5,9 +5,9 @@ use super::inputs::{BYTES_OF_CHOICE, CHOICES, IMAGE_TILE, ImageTiles, Receivers}
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::region::Region;
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn grid(seen: &Receivers) -> [u32; 2] {
 }
 
 /// Records the first step. `seen` has all receivers of the light.
-pub fn begin(frame: &mut Frame, seen: Receivers) -> Result<InitialImage> {
+pub fn begin(frame: &mut Recording, seen: Receivers) -> Result<InitialImage> {
     let [columns, rows] = grid(&seen);
     let depth_ranges = frame.storage("depth ranges", 8 * u64::from(columns) * u64::from(rows))?;
     let count = frame.storage("pixels that see a surface", 4)?;
@@ -59,7 +59,11 @@ pub fn begin(frame: &mut Frame, seen: Receivers) -> Result<InitialImage> {
 
 impl InitialImage {
     /// Those of the layer's region; `None`: the device takes no workgroup for each of so many.
-    pub fn tiles(&mut self, frame: &mut Frame, seen: Receivers) -> Result<Option<Arc<ImageTiles>>> {
+    pub fn tiles(
+        &mut self,
+        frame: &mut Recording,
+        seen: Receivers,
+    ) -> Result<Option<Arc<ImageTiles>>> {
         if let Some((_, tiles)) = self.listed.iter().find(|(of, _)| of == seen.region) {
             return Ok(Some(tiles.clone()));
         }
@@ -73,7 +77,7 @@ impl InitialImage {
         Ok(Some(tiles))
     }
 
-    fn list(&self, frame: &mut Frame, seen: Receivers, count: u64) -> Result<ImageTiles> {
+    fn list(&self, frame: &mut Recording, seen: Receivers, count: u64) -> Result<ImageTiles> {
         let counters = frame.storage("counters", 8)?;
         let tiles = ImageTiles {
             listed: frame.storage(LABEL, 4 * count)?,

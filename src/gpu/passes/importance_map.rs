@@ -4,9 +4,9 @@ use super::boundary::BoundaryWeights;
 use super::inputs::Receivers;
 use super::warp_map::{Axis, WarpMap};
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
 
@@ -81,7 +81,7 @@ shader_struct! {
 
 /// Records the pass.
 pub fn importance_map(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     projection: &Projection,
     cells: u32,

@@ -6,9 +6,9 @@ use crate::bvh::BoxSpace;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 use crate::rounding::double_single;
 
@@ -60,7 +60,7 @@ pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
 }
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
-pub fn light_rays(frame: &mut Frame, seen: Receivers, search: Search) -> Result<PooledBuffer> {
+pub fn light_rays(frame: &mut Recording, seen: Receivers, search: Search) -> Result<PooledBuffer> {
     let (scene, camera) = (seen.scene, seen.camera);
     let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
     let eye_in_boxes = search.space.from_world(camera.eye);

@@ -3,8 +3,8 @@
 use super::inputs::Receivers;
 use super::rasterize::Target;
 use super::warp_map::WarpMap;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::Kernel;
+use crate::gpu::recording::Recording;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "lookup";
@@ -84,7 +84,7 @@ pub struct LookupInput<'a> {
 
 /// Answers for the receivers of the layer; the other pixels keep what they have. Per pixel, float32: 1 lit, 0 in
 /// shadow, in between with a filter.
-pub fn lookup(frame: &mut Frame, seen: Receivers, map: LookupInput, visibility: &wgpu::Buffer) {
+pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibility: &wgpu::Buffer) {
     let LookupInput {
         projection,
         comparison,

@@ -3,8 +3,8 @@
 use super::inputs::Receivers;
 use crate::error::Result;
 use crate::fits::receivers::OutlinePoints;
-use crate::gpu::frame::{Frame, Read, Source};
 use crate::gpu::kernel::{Groups, Kernel};
+use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
 use glam::DVec2;
@@ -38,7 +38,7 @@ const NOWHERE: f32 = 3.0e38;
 
 /// Points in centred texels of `projection`; its size and centre play no part.
 pub fn outline(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     projection: &Projection,
     points: OutlinePoints,

@@ -7,9 +7,9 @@ use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::Fact;
-use crate::gpu::frame::{Counted, Frame};
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::{Counted, Recording};
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::{Projection, ProjectionUniform};
@@ -125,7 +125,7 @@ impl<'a> Drawing<'a> {
     }
 
     /// The shader with its constants, and the casters and the warp that its entry points read.
-    fn kernel(&self, frame: &Frame, scene: &SceneTables) -> Kernel {
+    fn kernel(&self, frame: &Recording, scene: &SceneTables) -> Kernel {
         let file = match self.has_bands {
             true => "rasterize_bands",
             false => "rasterize",
@@ -195,7 +195,7 @@ impl<'a> Drawing<'a> {
 
 /// Records the pass under the label.
 pub fn rasterize(
-    frame: &mut Frame,
+    frame: &mut Recording,
     label: &'static str,
     scene: &SceneTables,
     job: RasterJob,

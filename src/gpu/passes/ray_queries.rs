@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::gpu::acceleration::AccelerationStructure;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::Facts;
-use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 
 pub const LABEL: &str = "ray queries";
 
@@ -21,7 +21,7 @@ fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn ray_queries(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     structure: &AccelerationStructure,
 ) -> Result<PooledBuffer> {

@@ -6,9 +6,9 @@ use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 
 pub const LABEL: &str = "receiver lists";
 
@@ -44,7 +44,7 @@ struct Scratch {
     counters: PooledBuffer,
 }
 
-fn scratch(frame: &mut Frame, grid: &LightGrid, pixels: u64) -> Result<Scratch> {
+fn scratch(frame: &mut Recording, grid: &LightGrid, pixels: u64) -> Result<Scratch> {
     let segments = grid.texel_count().div_ceil(SEGMENT);
     let scratch = Scratch {
         counts: frame.storage("lengths of lists", 4 * grid.texel_count())?,
@@ -57,7 +57,7 @@ fn scratch(frame: &mut Frame, grid: &LightGrid, pixels: u64) -> Result<Scratch> 
     Ok(scratch)
 }
 
-fn new_lists(frame: &Frame, grid: &LightGrid, pixels: u64) -> Result<ReceiverLists> {
+fn new_lists(frame: &Recording, grid: &LightGrid, pixels: u64) -> Result<ReceiverLists> {
     Ok(ReceiverLists {
         starts: frame.storage("starts of lists", 4 * (grid.texel_count() + 1))?,
         listed: frame.storage(LABEL, RECEIVER_BYTES * pixels)?,
@@ -69,7 +69,7 @@ fn new_lists(frame: &Frame, grid: &LightGrid, pixels: u64) -> Result<ReceiverLis
 /// Lists the receivers of the grid's rows that the shadow map does not settle, in an image that was begun.
 /// Tiles are of all rows.
 pub fn receiver_lists(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     grid: &LightGrid,
     warp: Option<&WarpMap>,

@@ -4,9 +4,9 @@ use super::inputs::Receivers;
 use super::rasterize::{FINE_SHIFT, tiles_of_map};
 use super::warp_map::WarpMap;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
 
@@ -26,7 +26,7 @@ shader_struct! {
 /// Records the pass; 1 for each tile, in rows, that a receiver may ask for, whose lookup takes `reach` texels
 /// on each side of its own, less than a tile.
 pub fn receiver_tiles(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     projection: &Projection,
     warp: Option<&WarpMap>,

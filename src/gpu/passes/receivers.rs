@@ -3,8 +3,8 @@
 
 use super::inputs::Receivers;
 use crate::error::Result;
-use crate::gpu::frame::{Frame, Read, Source};
 use crate::gpu::kernel::Kernel;
+use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
 use glam::{DVec3, Vec3};
@@ -42,7 +42,7 @@ fn float_from_ordered(bits: u32) -> f32 {
 
 /// The size and the centre of the projection play no part.
 pub fn receivers(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     projection: &Projection,
 ) -> Result<Read<Bounds>> {

@@ -2,9 +2,9 @@
 
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 
 pub const LABEL: &str = "samples";
@@ -21,7 +21,7 @@ shader_struct! {
 
 /// Every `stride`-th pixel of the camera's visibility buffer, and the camera that has these pixels.
 pub fn samples(
-    frame: &mut Frame,
+    frame: &mut Recording,
     camera: &Camera,
     visibility_buffer: &wgpu::Buffer,
     stride: u32,

@@ -2,9 +2,9 @@
 
 use super::rasterize::Target;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
@@ -31,7 +31,7 @@ pub enum EdgeBias {
 /// The factor of each texel of an image of depths and triangles: 1 where its depth differs from a
 /// neighbour's by more than the bias, else `floor`.
 pub fn shadow_edge(
-    frame: &mut Frame,
+    frame: &mut Recording,
     scene: &SceneTables,
     projection: &Projection,
     texels: &wgpu::Buffer,

@@ -2,13 +2,17 @@
 
 use super::rasterize::{RasterJob, rasterize};
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::SceneTables;
 
 pub const LABEL: &str = "shadow map";
 
-pub fn shadow_map(frame: &mut Frame, scene: &SceneTables, job: RasterJob) -> Result<PooledBuffer> {
+pub fn shadow_map(
+    frame: &mut Recording,
+    scene: &SceneTables,
+    job: RasterJob,
+) -> Result<PooledBuffer> {
     rasterize(frame, LABEL, scene, job)
 }
 

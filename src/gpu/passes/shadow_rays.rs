@@ -7,8 +7,8 @@ use crate::bvh::WALK_MARGIN;
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::Facts;
-use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::HierarchyTables;
 
 pub const LABEL: &str = "shadow rays";
@@ -26,7 +26,7 @@ fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn shadow_rays(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     hierarchy: &HierarchyTables,
 ) -> Result<PooledBuffer> {

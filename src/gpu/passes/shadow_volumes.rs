@@ -6,9 +6,9 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel, Vertices};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::EdgeTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::rounding::double_single;
@@ -100,7 +100,7 @@ struct Volumes<'a> {
 }
 
 impl<'a> Volumes<'a> {
-    fn new(frame: &mut Frame, seen: Receivers<'a>, edges: &'a EdgeTables) -> Result<Self> {
+    fn new(frame: &mut Recording, seen: Receivers<'a>, edges: &'a EdgeTables) -> Result<Self> {
         let (scene, pixels) = (seen.scene, seen.camera.pixel_count() as u64);
         let uniform = ShadowVolumesUniform::new(seen, edges);
         let kernel = Kernel::new("shadow_volumes");
@@ -124,7 +124,7 @@ impl<'a> Volumes<'a> {
     }
 
     /// Finds the pixels that ask, the sides of triangles that the light is on, and the silhouettes.
-    fn find(&self, frame: &mut Frame) {
+    fn find(&self, frame: &mut Recording) {
         let (seen, scene) = (self.seen, self.seen.scene);
         let of_entry = |entry_point| self.kernel.clone().entry(entry_point);
         let by_item = |count: u32| Groups::Linear(u64::from(count).div_ceil(GROUP));
@@ -155,7 +155,7 @@ impl<'a> Volumes<'a> {
     }
 
     /// Draws the faces of the volumes and counts those beyond each point.
-    fn count(&self, frame: &mut Frame) {
+    fn count(&self, frame: &mut Recording) {
         let seen = self.seen;
         let kernel = self.of_scene.clone();
         let kernel = kernel.bind(15, &self.points).bind(16, &self.counts);
@@ -178,7 +178,7 @@ impl<'a> Volumes<'a> {
     }
 
     /// The visibility image from the counts.
-    fn answer(&self, frame: &mut Frame) -> Result<PooledBuffer> {
+    fn answer(&self, frame: &mut Recording) -> Result<PooledBuffer> {
         let pixels = self.seen.camera.pixel_count() as u64;
         let visibility = frame.storage("visibility image", 4 * pixels)?;
         let kernel = self.kernel.clone().entry("answer");
@@ -221,7 +221,7 @@ fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn shadow_volumes(
-    frame: &mut Frame,
+    frame: &mut Recording,
     seen: Receivers,
     edges: &EdgeTables,
 ) -> Result<PooledBuffer> {

@@ -5,9 +5,9 @@ use super::warp_map::WarpMap;
 use super::work_items::{Counters, GROUP};
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::{Room, SceneTables};
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::{Projection, ProjectionUniform};
@@ -35,7 +35,7 @@ fn most_pieces(gpu: &Gpu) -> u64 {
 
 /// Records the pass under the label; it counts in `counters`, which are zero.
 pub fn tessellate(
-    frame: &mut Frame,
+    frame: &mut Recording,
     label: &'static str,
     scene: &SceneTables,
     projection: &Projection,

@@ -3,14 +3,18 @@
 use super::rasterize::{RasterJob, rasterize};
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::SceneTables;
 use crate::projection::Projection;
 
 pub const LABEL: &str = "visibility";
 
-pub fn visibility(frame: &mut Frame, scene: &SceneTables, camera: &Camera) -> Result<PooledBuffer> {
+pub fn visibility(
+    frame: &mut Recording,
+    scene: &SceneTables,
+    camera: &Camera,
+) -> Result<PooledBuffer> {
     // Nothing is beyond the scene. A near plane says little of how long lengths are, a far one does.
     let projection = Projection {
         far: camera.zfar.min(2.0 * scene.farthest(camera.eye)),

@@ -1,9 +1,9 @@
 //! Pass "warp map": importance to monotone functions, `shaders/warp_map.wgsl`.
 
 use crate::error::Result;
-use crate::gpu::frame::Frame;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 
 pub const LABEL: &str = "warp map";
@@ -87,7 +87,7 @@ impl Kernel {
 impl WarpMap {
     /// Room for `functions` functions of `cells` cells along each axis of a map of `resolution`
     /// texels; what they are is undefined.
-    pub fn new(frame: &Frame, functions: u32, cells: u32, resolution: u32) -> Result<Self> {
+    pub fn new(frame: &Recording, functions: u32, cells: u32, resolution: u32) -> Result<Self> {
         assert!(cells <= MAX_CELLS, "{cells} cells");
         let boundaries = u64::from(cells) + 1;
         let forward = u64::from(functions) * boundaries;
@@ -140,7 +140,7 @@ impl WarpMap {
     /// cells as the functions along the other axis have. Each function serves its share of the rows.
     pub fn fit_counts(
         &self,
-        frame: &mut Frame,
+        frame: &mut Recording,
         axis: Axis,
         resolution: u32,
         counts: &wgpu::Buffer,
@@ -189,7 +189,7 @@ impl WarpMap {
     /// of `sigma` cells.
     pub fn fit_maxima(
         &self,
-        frame: &mut Frame,
+        frame: &mut Recording,
         axis: Axis,
         resolution: u32,
         importance: &wgpu::Buffer,
@@ -216,7 +216,7 @@ impl WarpMap {
     }
 
     /// Inverses and envelopes, once the functions along both axes are there.
-    pub fn finish(&self, frame: &mut Frame, resolution: u32) {
+    pub fn finish(&self, frame: &mut Recording, resolution: u32) {
         let mut dispatches = Vec::new();
         for axis in [Axis::X, Axis::Y] {
             let uniform = self.axis(axis, resolution, 0, 1.0);

@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::facts::{Fact, Facts};
-use crate::gpu::frame::{Frame, Read, Source};
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::scene_tables::Room;
 use crate::gpu::shader_struct::shader_struct;
 use std::ops::Range;
@@ -147,7 +147,7 @@ pub struct Stages {
 }
 
 /// New counters, all zero.
-pub fn counters(frame: &mut Frame) -> Result<PooledBuffer> {
+pub fn counters(frame: &mut Recording) -> Result<PooledBuffer> {
     let counters = frame.storage("counters", size_of::<Counters>() as u64)?;
     frame.clear(&counters);
     Ok(counters)
@@ -155,7 +155,7 @@ pub fn counters(frame: &mut Frame) -> Result<PooledBuffer> {
 
 /// Records the dispatches under the label.
 pub fn record(
-    frame: &mut Frame,
+    frame: &mut Recording,
     label: &'static str,
     room: &Room,
     stages: Stages,

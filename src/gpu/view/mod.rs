@@ -9,7 +9,6 @@ use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::SampledReceivers;
 use crate::gpu::facts::FactsOfPasses;
-use crate::gpu::frame::{Frame, ReadResults, Source};
 use crate::gpu::passes::bias::BiasRule;
 use crate::gpu::passes::boundary::{self, BoundaryWeights};
 use crate::gpu::passes::image_tiles::{self, InitialImage};
@@ -23,6 +22,7 @@ use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::WarpMap;
 use crate::gpu::passes::{forward_importance, samples, shadow_edge, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::recording::{ReadResults, Recording, Source};
 use crate::light::Light;
 use crate::region::Region;
 use crate::scene::Scene;
@@ -34,7 +34,7 @@ pub struct View<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
     pub light: &'a Light,
-    frame: Frame,
+    frame: Recording,
     /// What the camera sees, wherever it is.
     seen: Receivers<'a>,
     /// Whether texels that no receiver looks at are wanted, too.
@@ -132,7 +132,7 @@ pub struct Stats {
 
 impl<'a> View<'a> {
     pub fn new(
-        frame: Frame,
+        frame: Recording,
         seen: Receivers<'a>,
         scene: &'a Scene,
         draws_whole_maps: bool,
@@ -325,7 +325,7 @@ impl<'a> View<'a> {
     }
 
     /// The frame that is being recorded.
-    pub(crate) fn frame(&mut self) -> &mut Frame {
+    pub(crate) fn frame(&mut self) -> &mut Recording {
         &mut self.frame
     }
 
@@ -338,7 +338,7 @@ impl<'a> View<'a> {
         self.stats.receivers.map_or(0, |counts| counts.facing)
     }
 
-    pub(crate) fn finish(self) -> (Frame, Stats) {
+    pub(crate) fn finish(self) -> (Recording, Stats) {
         (self.frame, self.stats)
     }
 }

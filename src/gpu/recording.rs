@@ -1,4 +1,4 @@
-//! A frame: passes recorded in order, each with a label that is also its timer's key.
+//! The recording of a frame: passes in order, each with a label that is also its timer's key.
 
 use super::device::{Gpu, UNUSED_IMAGE};
 use super::facts::{Facts, FactsOfPasses};
@@ -21,7 +21,7 @@ const MAX_PASSES: u32 = 2048;
 
 /// Records passes and submits them; a frame may be submitted several times where the CPU needs an
 /// answer in between.
-pub struct Frame {
+pub struct Recording {
     pub gpu: Arc<Gpu>,
     /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
     pub culls: bool,
@@ -66,7 +66,7 @@ struct Pending {
     describe: Describe,
 }
 
-impl Frame {
+impl Recording {
     /// Frames to be recorded side by side, each on its thread: none is submitted before the others are, or
     /// are dropped.
     pub fn together(gpu: &Arc<Gpu>, count: usize, culls: bool) -> Vec<Self> {
@@ -443,7 +443,7 @@ mod tests {
     /// A frame that clears and reads a buffer, which comes back to the pool; and perhaps clears one that
     /// is no more.
     fn clear_and_read(gpu: &Arc<Gpu>, is_broken: bool) -> Result<Vec<u32>> {
-        let mut frame = Frame::together(gpu, 1, true).remove(0);
+        let mut frame = Recording::together(gpu, 1, true).remove(0);
         let buffer = frame.storage("buffer", 4 * COUNT as u64)?;
         frame.clear(&buffer);
         let read = frame.read(Source::Taken(buffer), COUNT)?;
