@@ -54,7 +54,7 @@ pub struct BoxSpace {
 }
 
 impl BoxSpace {
-    pub fn from_world(self, point: DVec3) -> DVec3 {
+    pub fn place_of(self, point: DVec3) -> DVec3 {
         (point - self.centre) / self.half_size
     }
 }
@@ -95,7 +95,7 @@ impl TriangleBoxes {
         let boxes = triangles
             .par_iter()
             .map(|&t| {
-                let [a, b, c] = scene.corners(t).map(|v| space.from_world(v));
+                let [a, b, c] = scene.corners(t).map(|v| space.place_of(v));
                 // The conversion rounds by at most half a step.
                 let down = |v: DVec3| v.as_vec3().to_array().map(f32::next_down);
                 let up = |v: DVec3| v.as_vec3().to_array().map(f32::next_up);
@@ -195,7 +195,7 @@ impl Search for Bvh {
         }
         // Start where the ray enters the sphere of radius 2 around the scene's box or nearer, so
         // that an eye far away costs no precision.
-        let origin = self.space.from_world(ray.origin);
+        let origin = self.space.place_of(ray.origin);
         let half_size = self.space.half_size;
         let margin = ray.margin / half_size;
         let skipped = (-origin.dot(ray.direction) - 2.0 - margin).max(ray.start / half_size);
@@ -297,7 +297,7 @@ mod tests {
             for (triangle, [least, greatest]) in boxes.triangles.iter().zip(boxes.grown(margin)) {
                 let slack = f64::from(margin);
                 for corner in scene.corners(*triangle) {
-                    let corner = boxes.space.from_world(corner);
+                    let corner = boxes.space.place_of(corner);
                     let least = Vec3::from(least).as_dvec3();
                     let greatest = Vec3::from(greatest).as_dvec3();
                     assert!((corner - slack).cmpgt(least).all());

@@ -6,14 +6,14 @@
 
 use super::device::Gpu;
 use super::kernel::Resource;
-use super::lock::lock;
+use super::lock::Kept;
 use super::recording::Recording;
 use super::tables::{triangle_items, write_items};
 use crate::bvh::{BoxSpace, TriangleBoxes, WALK_MARGIN};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use glam::DVec3;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use wgpu::{
     AccelerationStructureFlags, AccelerationStructureGeometryFlags,
     AccelerationStructureUpdateMode, BufferUsages,
@@ -145,7 +145,7 @@ impl AccelerationStructure {
             None => Arc::new(Memory::new(gpu, scene.triangles().len() as u32)?),
         };
         let boxes = TriangleBoxes::new(scene);
-        let reach = reach_of_eye(boxes.space.from_world(eye));
+        let reach = reach_of_eye(boxes.space.place_of(eye));
         let margin = WALK_MARGIN * reach as f32;
         write_items(gpu, &memory.triangles, scene, &boxes.triangles);
         let mut grown = boxes.grown(margin);
@@ -165,7 +165,7 @@ impl AccelerationStructure {
 
     /// Whether it holds for the scene as it is, seen from there.
     fn holds(&self, scene: &Scene, eye: DVec3) -> bool {
-        let eye_in_boxes = self.space.from_world(eye);
+        let eye_in_boxes = self.space.place_of(eye);
         self.generation == scene.generation() && reach_of_eye(eye_in_boxes) <= self.reach
     }
 
@@ -179,14 +179,10 @@ impl AccelerationStructure {
     }
 }
 
-/// The structure of one scene, from its first use on.
-#[derive(Default)]
-pub struct KeptStructure(Mutex<Option<Arc<AccelerationStructure>>>);
-
-impl KeptStructure {
+impl Kept<AccelerationStructure> {
     /// Built at first use, after the vertices moved, and for an eye too far away; also says whether it was
     /// built now. Fails where the device does, without harm to it.
-    pub fn get(
+    pub fn for_eye(
         &self,
         frame: &Recording,
         scene: &Scene,
@@ -194,19 +190,10 @@ impl KeptStructure {
     ) -> Result<(Arc<AccelerationStructure>, bool)> {
         let gpu = &frame.gpu;
         gpu.check_ray_queries()?;
-        let mut kept = lock(&self.0);
-        if let Some(known) = kept.as_ref()
-            && known.holds(scene, eye)
-            && frame.culls
-        {
-            return Ok((known.clone(), false));
-        }
-        let before = kept.take();
-        let built =
-            gpu.catch_errors(|| AccelerationStructure::new(gpu, scene, eye, before.as_deref()))?;
-        let built = Arc::new(built);
-        *kept = Some(built.clone());
-        Ok((built, true))
+        let build = |before: Option<Arc<AccelerationStructure>>| {
+            gpu.catch_errors(|| AccelerationStructure::new(gpu, scene, eye, before.as_deref()))
+        };
+        self.get(|known| frame.culls && known.holds(scene, eye), build)
     }
 }
 

@@ -302,7 +302,7 @@ impl Recording {
         label: &'static str,
         counters: PooledBuffer,
         count: usize,
-        describe: fn(&Gpu, &[u32]) -> Result<Facts>,
+        describe: impl Fn(&Gpu, &[u32]) -> Result<Facts> + Send + 'static,
     ) -> Result<()> {
         let parts = vec![self.read(Source::Taken(counters), count)?];
         self.count_parts(label, parts, move |gpu, parts| {

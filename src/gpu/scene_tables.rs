@@ -1,11 +1,11 @@
 //! The scene on the device.
 
-use super::acceleration::KeptStructure;
+use super::acceleration::AccelerationStructure;
 use super::device::Gpu;
 use super::kernel::Kernel;
-use super::lock::lock;
+use super::lock::Kept;
 use super::recording::Recording;
-use super::tables::{new_table, triangle_items, write_items, write_table};
+use super::tables::{filled_table, new_table, triangle_items, write_items, write_table};
 use crate::bvh::{BoxSpace, Bvh};
 use crate::edges::Edges;
 use crate::error::Result;
@@ -14,8 +14,9 @@ use crate::scene::Scene;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64};
-use std::sync::{Arc, Mutex};
+use wgpu::TextureFormat::{R32Uint, Rgba32Float, Rgba32Uint};
 
 /// Triangles as the shaders read them, see `shaders/lib/triangles.wgsl`.
 pub struct SceneTables {
@@ -33,10 +34,10 @@ pub struct SceneTables {
     pub triangle_count: u32,
     pub generation: u64,
     pub room: Arc<Room>,
-    hierarchy: Mutex<Option<Arc<HierarchyTables>>>,
+    hierarchy: Kept<HierarchyTables>,
     /// The same for ray queries; it knows itself when it is out of date.
-    pub acceleration: KeptStructure,
-    edges: Mutex<Option<Arc<EdgeTables>>>,
+    pub acceleration: Kept<AccelerationStructure>,
+    edges: Kept<EdgeTables>,
 }
 
 /// What the lists of a frame of the scene have room for. Grows where one had too little; such a frame is
@@ -77,22 +78,20 @@ impl HierarchyTables {
     fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
         let bvh = Bvh::new(scene);
         let (nodes, order) = bvh.threaded();
-        let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
-        let tables = Self {
-            nodes: new_table(gpu, "boxes", whole_numbers, (2 * nodes.len()).max(1))?,
-            leaf_triangles: triangle_items(gpu, order.len())?,
-            node_count: nodes.len() as u32,
-            space: bvh.space,
-        };
         let bits = |corner: Vec3, last| {
             UVec3::from_array(corner.to_array().map(f32::to_bits)).extend(last)
         };
         let halves = nodes
             .iter()
             .flat_map(|node| [bits(node.least, node.next), bits(node.greatest, node.leaf)]);
-        write_table(gpu, &tables.nodes, halves.collect());
-        write_items(gpu, &tables.leaf_triangles, scene, order);
-        Ok(tables)
+        let leaf_triangles = triangle_items(gpu, order.len())?;
+        write_items(gpu, &leaf_triangles, scene, order);
+        Ok(Self {
+            nodes: filled_table(gpu, "boxes", Rgba32Uint, halves.collect())?,
+            leaf_triangles,
+            node_count: nodes.len() as u32,
+            space: bvh.space,
+        })
     }
 }
 
@@ -107,19 +106,16 @@ pub struct EdgeTables {
 impl EdgeTables {
     fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
         let Edges { edges, uses } = Edges::new(scene);
-        let new = |what, format, count: usize| new_table(gpu, what, format, count.max(1));
-        let tables = Self {
-            edges: new("edges", wgpu::TextureFormat::Rgba32Uint, edges.len())?,
-            uses: new("uses of edges", wgpu::TextureFormat::R32Uint, uses.len())?,
-            edge_count: edges.len() as u32,
-        };
+        let edge_count = edges.len() as u32;
         let edges = edges.par_iter().map(|edge| {
             let [a, b] = edge.vertices;
             UVec4::new(a, b, edge.first_use, edge.use_count)
         });
-        write_table(gpu, &tables.edges, edges.collect());
-        write_table(gpu, &tables.uses, uses);
-        Ok(tables)
+        Ok(Self {
+            edges: filled_table(gpu, "edges", Rgba32Uint, edges.collect())?,
+            uses: filled_table(gpu, "uses of edges", R32Uint, uses)?,
+            edge_count,
+        })
     }
 }
 
@@ -127,23 +123,21 @@ impl SceneTables {
     pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
         let (origin, has_low_parts) = choose_origin(scene);
         let (high, low) = split_positions(scene, origin, has_low_parts);
-        let floats = wgpu::TextureFormat::Rgba32Float;
-        let whole_numbers = wgpu::TextureFormat::Rgba32Uint;
         let table = |what, format, count| new_table(gpu, what, format, count);
         let tables = Self {
-            vertex_indices: table("faces", whole_numbers, scene.triangles().len())?,
-            positions_high: table("vertices", floats, high.len())?,
-            positions_low: table("vertices, low parts", floats, low.len())?,
+            vertex_indices: table("faces", Rgba32Uint, scene.triangles().len())?,
+            positions_high: table("vertices", Rgba32Float, high.len())?,
+            positions_low: table("vertices, low parts", Rgba32Float, low.len())?,
             has_low_parts,
-            unit_normals: table("normals", floats, scene.triangles().len())?,
+            unit_normals: table("normals", Rgba32Float, scene.triangles().len())?,
             origin,
             bounds: scene.bounds(),
             triangle_count: scene.triangles().len() as u32,
             generation: scene.generation(),
             room: Arc::new(Room::new(scene.triangles().len() as u32)),
-            hierarchy: Mutex::default(),
-            acceleration: KeptStructure::default(),
-            edges: Mutex::default(),
+            hierarchy: Kept::default(),
+            acceleration: Kept::default(),
+            edges: Kept::default(),
         };
         tables.write(gpu, scene, high, low);
         Ok(tables)
@@ -161,9 +155,9 @@ impl SceneTables {
         self.origin = origin;
         self.bounds = scene.bounds();
         self.generation = scene.generation();
-        *lock(&self.hierarchy) = None;
+        self.hierarchy.forget();
         // Vertices that lay in one place may have parted.
-        *lock(&self.edges) = None;
+        self.edges.forget();
         Ok(())
     }
 
@@ -173,14 +167,14 @@ impl SceneTables {
         frame: &Recording,
         scene: &Scene,
     ) -> Result<(Arc<HierarchyTables>, bool)> {
-        built_once(&self.hierarchy, frame, || {
-            HierarchyTables::new(&frame.gpu, scene)
-        })
+        let build = |_| HierarchyTables::new(&frame.gpu, scene);
+        self.hierarchy.get(|_| frame.culls, build)
     }
 
     /// Likewise.
     pub fn edges(&self, frame: &Recording, scene: &Scene) -> Result<(Arc<EdgeTables>, bool)> {
-        built_once(&self.edges, frame, || EdgeTables::new(&frame.gpu, scene))
+        let build = |_| EdgeTables::new(&frame.gpu, scene);
+        self.edges.get(|_| frame.culls, build)
     }
 
     /// The greatest distance of a point of the scene's box.
@@ -216,20 +210,6 @@ impl Kernel {
     pub fn triangles(self, scene: &SceneTables) -> Self {
         self.bind(1, &scene.vertex_indices).vertices(scene)
     }
-}
-
-fn built_once<T>(
-    cached: &Mutex<Option<Arc<T>>>,
-    frame: &Recording,
-    build: impl FnOnce() -> Result<T>,
-) -> Result<(Arc<T>, bool)> {
-    let mut cached = lock(cached);
-    if let Some(known) = cached.as_ref().filter(|_| frame.culls) {
-        return Ok((known.clone(), false));
-    }
-    let built = Arc::new(build()?);
-    *cached = Some(built.clone());
-    Ok((built, true))
 }
 
 /// Triangles of zero area shrink to one vertex, which the rasterizer leaves out whatever it rounds.

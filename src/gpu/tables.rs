@@ -57,6 +57,18 @@ pub fn write_table<T: bytemuck::Pod>(gpu: &Gpu, table: &wgpu::TextureView, mut v
     );
 }
 
+/// A table of these values, or of one zero.
+pub fn filled_table<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    what: &str,
+    format: wgpu::TextureFormat,
+    values: Vec<T>,
+) -> Result<wgpu::TextureView> {
+    let table = new_table(gpu, what, format, values.len().max(1))?;
+    write_table(gpu, &table, values);
+    Ok(table)
+}
+
 /// A table of triangles in the order of a search.
 pub fn triangle_items(gpu: &Gpu, count: usize) -> Result<wgpu::TextureView> {
     let whole_numbers = wgpu::TextureFormat::Rgba32Uint;

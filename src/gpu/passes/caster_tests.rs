@@ -6,16 +6,11 @@ use super::receiver_lists::ReceiverLists;
 use super::warp_map::WarpMap;
 use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::facts::Fact;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::recording::{Counted, Recording};
 
 pub const LABEL: &str = "caster tests";
-
-fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    Ok(vec![Fact::sum("tests", counters[0])])
-}
 
 /// Writes 0 into the image where a caster is met. The triangles are taken in as many parts as their lists
 /// need, each with its counters.
@@ -67,5 +62,7 @@ pub fn caster_tests(
         let had_room = work_items::had_room_in_parts(gpu, &room, &counters)?;
         Ok(Counted { facts, had_room })
     });
-    frame.count(LABEL, tests, 1, describe)
+    frame.count(LABEL, tests, 1, |_, tests| {
+        Ok(vec![Fact::sum("tests", tests[0])])
+    })
 }

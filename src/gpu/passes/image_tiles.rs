@@ -3,8 +3,7 @@
 
 use super::inputs::{BYTES_OF_CHOICE, CHOICES, IMAGE_TILE, ImageTiles, Receivers};
 use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
@@ -93,14 +92,13 @@ impl InitialImage {
             .bind(3, &tiles.groups)
             .bind(5, &counters);
         frame.pass(LABEL, &[kernel.dispatch(Groups::ONE)]);
-        frame.count(LABEL, counters, 2, describe)?;
+        frame.count(LABEL, counters, 2, |_, counters| {
+            let (looked_at, tiles) = (counters[0], counters[1]);
+            Ok(vec![
+                Fact::sum("looked_at", looked_at),
+                Fact::sum("tiles", tiles),
+            ])
+        })?;
         Ok(tiles)
     }
-}
-
-fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    Ok(vec![
-        Fact::sum("looked_at", counters[0]),
-        Fact::sum("tiles", counters[1]),
-    ])
 }

@@ -4,8 +4,7 @@
 use super::inputs::Receivers;
 use crate::bvh::BoxSpace;
 use crate::error::{Error, Result};
-use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
@@ -29,7 +28,8 @@ pub struct Search<'a> {
     pub structure: Resource,
     /// (vertex, vertex, vertex, triangle) in the structure's order.
     pub triangles: &'a wgpu::TextureView,
-    pub describe: fn(&Gpu, &[u32]) -> Result<Facts>,
+    /// Words for a ray of `MAX_STEPS` steps, which does not end.
+    pub too_much: String,
 }
 
 shader_struct! {
@@ -43,27 +43,11 @@ shader_struct! {
     }
 }
 
-/// The shader's `RayCounters` by name. Fails, with words for what was too much, where a ray was not walked
-/// to its end.
-pub fn counted(gpu: &Gpu, counters: &[u32], too_much: &str) -> Result<Facts> {
-    let [longest_walk, rays] = [counters[0], counters[1]];
-    if longest_walk >= MAX_STEPS {
-        return Err(Error::Device(format!(
-            "{too_much} on the device {}; take another method",
-            gpu.adapter.name
-        )));
-    }
-    Ok(vec![
-        Fact::sum("rays", rays),
-        Fact::maximum("longest_walk", longest_walk),
-    ])
-}
-
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn light_rays(frame: &mut Recording, seen: Receivers, search: Search) -> Result<PooledBuffer> {
     let (scene, camera) = (seen.scene, seen.camera);
     let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
-    let eye_in_boxes = search.space.from_world(camera.eye);
+    let eye_in_boxes = search.space.place_of(camera.eye);
     let uniform = LightRaysUniform {
         eye_high: eye_high.to_array(),
         box_scale: search.space.half_size.recip() as f32,
@@ -86,6 +70,20 @@ pub fn light_rays(frame: &mut Recording, seen: Receivers, search: Search) -> Res
         .constant("most_steps", MAX_STEPS);
     let groups = Groups::Grid(camera.width.div_ceil(8), camera.height.div_ceil(8));
     frame.pass(search.label, &[kernel.dispatch(groups)]);
-    frame.count(search.label, counters, 2, search.describe)?;
+    let too_much = search.too_much;
+    frame.count(search.label, counters, 2, move |gpu, counters| {
+        // As the shader's `RayCounters`.
+        let [longest_walk, rays] = [counters[0], counters[1]];
+        if longest_walk >= MAX_STEPS {
+            return Err(Error::Device(format!(
+                "{too_much} on the device {}; take another method",
+                gpu.adapter.name
+            )));
+        }
+        Ok(vec![
+            Fact::sum("rays", rays),
+            Fact::maximum("longest_walk", longest_walk),
+        ])
+    })?;
     Ok(visibility)
 }

@@ -1,23 +1,13 @@
 //! Pass "ray queries": the shadow of every pixel by a ray query of the device, `shaders/ray_queries.wgsl`.
 
 use super::inputs::Receivers;
-use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
+use super::light_rays::{MAX_STEPS, Search, light_rays};
 use crate::error::Result;
 use crate::gpu::acceleration::AccelerationStructure;
-use crate::gpu::device::Gpu;
-use crate::gpu::facts::Facts;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 
 pub const LABEL: &str = "ray queries";
-
-fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    let too_much = format!(
-        "a ray query meets the boxes of {MAX_STEPS} triangles or more, more than one invocation may \
-         test"
-    );
-    counted(gpu, counters, &too_much)
-}
 
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn ray_queries(
@@ -33,7 +23,10 @@ pub fn ray_queries(
         node_count: 0,
         structure: structure.boxes(),
         triangles: structure.triangles(),
-        describe,
+        too_much: format!(
+            "a ray query meets the boxes of {MAX_STEPS} triangles or more, more than one invocation \
+             may test"
+        ),
     };
     light_rays(frame, seen, search)
 }

@@ -4,8 +4,7 @@ use super::inputs::Receivers;
 use super::light_grid::{GRID_TILE, LightGrid};
 use super::warp_map::WarpMap;
 use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
@@ -27,13 +26,6 @@ pub struct ReceiverLists {
     pub listed: PooledBuffer,
     pub details: PooledBuffer,
     pub tiles: PooledBuffer,
-}
-
-fn describe(_gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    Ok(vec![
-        Fact::sum("receivers", counters[0]),
-        Fact::maximum("longest_list", counters[1]),
-    ])
 }
 
 /// What the dispatches leave for each other, on the device.
@@ -124,6 +116,9 @@ pub fn receiver_lists(
     ];
     frame.pass(LABEL, &dispatches);
     debug_assert_eq!(GRID_TILE, 16, "a row of a tile an invocation of `measure`");
-    frame.count(LABEL, counters, 2, describe)?;
+    frame.count(LABEL, counters, 2, |_, counters| {
+        let receivers = Fact::sum("receivers", counters[0]);
+        Ok(vec![receivers, Fact::maximum("longest_list", counters[1])])
+    })?;
     Ok(lists)
 }

@@ -2,11 +2,9 @@
 //! `shaders/shadow_rays.wgsl`.
 
 use super::inputs::Receivers;
-use super::light_rays::{MAX_STEPS, Search, counted, light_rays};
+use super::light_rays::{MAX_STEPS, Search, light_rays};
 use crate::bvh::WALK_MARGIN;
 use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::facts::Facts;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::HierarchyTables;
@@ -16,21 +14,13 @@ pub const LABEL: &str = "shadow rays";
 /// The hierarchy's build, where it is not there yet.
 pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
 
-fn describe(gpu: &Gpu, counters: &[u32]) -> Result<Facts> {
-    let too_much = format!(
-        "a shadow ray meets {MAX_STEPS} boxes and triangles or more, more than one invocation may \
-         walk"
-    );
-    counted(gpu, counters, &too_much)
-}
-
 /// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
 pub fn shadow_rays(
     frame: &mut Recording,
     seen: Receivers,
     hierarchy: &HierarchyTables,
 ) -> Result<PooledBuffer> {
-    let eye_in_boxes = hierarchy.space.from_world(seen.camera.eye);
+    let eye_in_boxes = hierarchy.space.place_of(seen.camera.eye);
     // The walk's own roundings, and those of a point relative to the eye.
     let distance = eye_in_boxes.length() + 2.0;
     let search = Search {
@@ -41,7 +31,10 @@ pub fn shadow_rays(
         node_count: hierarchy.node_count,
         structure: (&hierarchy.nodes).into(),
         triangles: &hierarchy.leaf_triangles,
-        describe,
+        too_much: format!(
+            "a shadow ray meets {MAX_STEPS} boxes and triangles or more, more than one invocation \
+             may walk"
+        ),
     };
     light_rays(frame, seen, search)
 }

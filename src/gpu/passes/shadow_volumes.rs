@@ -5,7 +5,7 @@ use super::inputs::Receivers;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
+use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel, Vertices};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
@@ -23,18 +23,6 @@ pub const EDGES_LABEL: &str = "edges (CPU)";
 const GROUP: u64 = 64;
 
 const SILHOUETTE_BYTES: u64 = 8;
-
-/// Vertices of a side: two triangles, or one where the light is at infinity.
-const SIDE_OF_LOCAL: u32 = 6;
-const SIDE_OF_PARALLEL: u32 = 3;
-
-fn describe_local(_gpu: &Gpu, arguments: &[u32]) -> Result<Facts> {
-    Ok(vec![Fact::sum("sides", arguments[0] / SIDE_OF_LOCAL)])
-}
-
-fn describe_parallel(_gpu: &Gpu, arguments: &[u32]) -> Result<Facts> {
-    Ok(vec![Fact::sum("sides", arguments[0] / SIDE_OF_PARALLEL)])
-}
 
 shader_struct! {
     pub struct ShadowVolumesUniform is ShadowVolumes in "shadow_volumes" {
@@ -193,10 +181,11 @@ impl<'a> Volumes<'a> {
     }
 }
 
+/// Of a side: two triangles, or one where the light is at infinity.
 fn vertices_per_side(seen: Receivers) -> u32 {
     match seen.light.position() {
-        Some(_) => SIDE_OF_LOCAL,
-        None => SIDE_OF_PARALLEL,
+        Some(_) => 6,
+        None => 3,
     }
 }
 
@@ -230,10 +219,9 @@ pub fn shadow_volumes(
     volumes.find(frame);
     volumes.count(frame);
     let visibility = volumes.answer(frame)?;
-    let describe = match seen.light.position() {
-        Some(_) => describe_local,
-        None => describe_parallel,
-    };
-    frame.count(LABEL, volumes.arguments, 1, describe)?;
+    let per_side = vertices_per_side(seen);
+    frame.count(LABEL, volumes.arguments, 1, move |_, arguments| {
+        Ok(vec![Fact::sum("sides", arguments[0] / per_side)])
+    })?;
     Ok(visibility)
 }

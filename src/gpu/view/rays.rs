@@ -38,7 +38,7 @@ impl View<'_> {
     pub fn acceleration_structure(&mut self) -> Result<Arc<AccelerationStructure>> {
         self.kept(acceleration::LABEL, |view| {
             let kept = &view.seen.scene.acceleration;
-            kept.get(&view.frame, view.scene, view.camera.eye)
+            kept.for_eye(&view.frame, view.scene, view.camera.eye)
         })
     }
 
