@@ -83,19 +83,12 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     let own = clamp(vec2<i32>(floor(warped.uv * size)), own_patch.low, own_patch.high);
     let middle = clamp(own, vec2<i32>(0), vec2<i32>(projection.size) - 1);
     let normal = projected_from_normal(projection, receiver.normal);
-    let slope = depth_slope(projection, normal, receiver.q);
-    // Rounding moves a depth, and moves it again by the slope where it moves the texel.
-    let world_slope = 1.0 / abs(dot(receiver.normal, normalize(receiver.from_light)));
-    let rounding = receivers.rounding * world_slope;
-    let beam_bias = receivers.beam_bias * beam_growth(projection, receiver.q);
-    let even_bias = receivers.constant_bias + rounding;
+    let bias = bias_of_receiver(receivers, projection, receiver, normal);
     if samples > 0u {
-        let slope_bias = abs(slope) * receivers.slope_bias;
-        let place = Place(centred, normal, slope_bias, even_bias + beam_bias, world_slope);
+        let place = Place(centred, normal, bias);
         return share_in_disc(receivers, projection, warp, receiver, place, own_patch, warped.uv * size);
     }
-    let least_bias = even_bias + receivers.slope_bias * (abs(slope.x) + abs(slope.y));
-    let plane = ReceiverPlane(receiver.q, normal, centred, least_bias, beam_bias, receiver.triangle);
+    let plane = ReceiverPlane(receiver.q, normal, centred, bias, receiver.triangle);
     var around = Around(0u, 0u, 0u, 0u, 0u, NO_TRIANGLE);
     var ids: array<u32, 25>;            // of the triangles across seams
     look_beside(receivers, projection, warp, plane, own_patch, middle, &around);
@@ -115,9 +108,61 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         if !is_rectilinear {
             id = select(id, ids[place], ((around.moved >> u32(place)) & 1u) != 0u);
         }
-        hit = hits(projection, id, ray_from_projected(receiver.q), depth - rounding);
+        hit = hits(projection, id, ray_from_projected(receiver.q), depth - bias.rounding);
     }
     return select(1.0, 0.0, hit);
+}
+
+// What is taken off a receiver's depth, twin of src/bias.rs.
+struct Bias {
+    rounding: f32,
+    even: f32,                          // the constant and what rounding may do
+    least: f32,                         // the same, and what the slope does within a texel
+    beam: f32,
+    slope: vec2<f32>,                   // per texel along each axis
+}
+
+fn bias_of_receiver(receivers: Receivers, projection: Projection, receiver: Receiver, normal: vec3<f32>) -> Bias {
+    // Rounding moves a depth, and moves it again by the slope where it moves the texel.
+    let world_slope = 1.0 / abs(dot(receiver.normal, normalize(receiver.from_light)));
+    let rounding = receivers.rounding * world_slope;
+    let even = receivers.constant_bias + rounding;
+    let slope = abs(depth_slope(projection, normal, receiver.q));
+    return Bias(
+        rounding,
+        even,
+        even + receivers.slope_bias * (slope.x + slope.y),
+        receivers.beam_bias * beam_growth(projection, receiver.q),
+        slope * receivers.slope_bias,
+    );
+}
+
+// The depth that a texel, `step` texels from the receiver, must hold at least to leave it lit.
+fn least_lit_depth(
+    receivers: Receivers,
+    projection: Projection,
+    q: vec3<f32>,
+    normal: vec3<f32>,
+    bias: Bias,
+    step: vec2<f32>,
+) -> f32 {
+    let depth = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
+    // The farther a curved surface is taken for its plane, the more that is wrong.
+    return depth - (bias.least + bias.beam * max(1.0, length(step)));
+}
+
+// The same of a texel in a disc around the receiver.
+fn least_lit_depth_in_disc(
+    receivers: Receivers,
+    projection: Projection,
+    q: vec3<f32>,
+    normal: vec3<f32>,
+    bias: Bias,
+    step: vec2<f32>,
+) -> f32 {
+    let depth = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, DISC_REACH);
+    // The farther, the more a slope's bias must take off.
+    return depth - (bias.even + bias.beam + dot(bias.slope, max(vec2<f32>(1.0), abs(step))));
 }
 
 // The plane of a receiver in the light's projection, and what is taken off its depth.
@@ -125,8 +170,7 @@ struct ReceiverPlane {
     q: vec3<f32>,
     normal: vec3<f32>,
     centred: vec2<f32>,                 // the receiver's texel
-    least_bias: f32,
-    beam_bias: f32,
+    bias: Bias,
     triangle: u32,
 }
 
@@ -153,7 +197,8 @@ fn look_at_texel(
     let step = linear * vec2<f32>(projection.size) - projection.centre - plane.centred;
     let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
     (*around).texels |= bit;
-    if is_before_plane(receivers, projection, plane, step, stored.depth) {
+    let depth = least_lit_depth(receivers, projection, plane.q, plane.normal, plane.bias, step);
+    if stored_depth(projection, depth) > stored.depth {
         (*around).nearer |= bit;
     }
     return stored.triangle;
@@ -255,22 +300,6 @@ fn is_behind(around: Around, aside: vec2<f32>) -> bool {
     return ninths >= 4u && bilinear_share(around.nearer, aside) >= agreeing * bilinear_share(around.texels, aside);
 }
 
-// Whether a depth, on the ray through a texel's centre, is before the receiver's plane there.
-fn is_before_plane(
-    receivers: Receivers,
-    projection: Projection,
-    receiver: ReceiverPlane,
-    step: vec2<f32>,
-    depth: f32,
-) -> bool {
-    let q = receiver.q;
-    let normal = receiver.normal;
-    let plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
-    // The farther a curved surface is taken for its plane, the more that is wrong.
-    let bias = receiver.least_bias + receiver.beam_bias * max(1.0, length(step));
-    return stored_depth(projection, plane - bias) > depth;
-}
-
 // The weight of the texels whose bits are set, of which only the four around the receiver have any. The receiver
 // lies so far aside of the middle of its own texel.
 fn bilinear_share(bits: u32, aside: vec2<f32>) -> f32 {
@@ -296,9 +325,7 @@ fn texel_at(size: vec2<f32>, place: vec2<f32>) -> vec2<i32> {
 struct Place {
     centred: vec2<f32>,
     normal: vec3<f32>,          // of its plane, a covector of projection space
-    slope_bias: vec2<f32>,      // per texel along each axis
-    even_bias: f32,
-    world_slope: f32,
+    bias: Bias,
 }
 
 // A point of the disc is compared as the texel's own ray meets the receiver's plane there, so that a plane
@@ -362,11 +389,9 @@ fn is_lit_at(
 ) -> bool {
     let size = vec2<f32>(projection.size);
     let step = linear_from_texel(warp, texel, projection.size) * size - projection.centre - place.centred;
-    let plane = depth_of_neighbour(projection, place.normal, receiver.q, step * receivers.receiver_plane, DISC_REACH);
-    // The farther, the more a slope's bias must take off.
-    let bias = place.even_bias + dot(place.slope_bias, max(vec2<f32>(1.0), abs(step)));
+    let depth = least_lit_depth_in_disc(receivers, projection, receiver.q, place.normal, place.bias, step);
     let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
-    return stored_depth(projection, plane - bias) <= stored.depth;
+    return stored_depth(projection, depth) <= stored.depth;
 }
 
 // Whether a ray meets a triangle before a depth.

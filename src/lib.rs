@@ -12,6 +12,7 @@
 
 // What only tests call is public: in `projection` the formulas, in `reference` the first hits.
 mod aliasing;
+pub mod bias;
 mod bvh;
 mod camera;
 mod edge_directions;

@@ -92,7 +92,7 @@ MUTANTS = (
     ),
     Mutant(
         "exact", "grid space has no room for its rounding", CASTERS,
-        "let room = GRID_ROUNDING * (caster.farthest + absolute_sum(q));",
+        "let room = PRODUCT_ROUNDING * (caster.farthest + absolute_sum(q));",
         "let room = 0.0;", SEARCHES,
     ),
     Mutant(
@@ -138,13 +138,13 @@ MUTANTS = (
     ),
     Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP,
-        "return stored_depth(projection, plane - bias) > depth;",
-        "return stored_depth(projection, plane + bias) > depth;", BIAS,
+        "return depth - (bias.least",
+        "return depth + (bias.least", BIAS,
     ),
     Mutant(
         "bias", "knows the slope along one axis", LOOKUP,
-        "receivers.slope_bias * (abs(slope.x) + abs(slope.y))",
-        "receivers.slope_bias * abs(slope.x)", BIAS,
+        "receivers.slope_bias * (slope.x + slope.y)",
+        "receivers.slope_bias * slope.x", BIAS,
     ),
     Mutant(
         "bias", "of rounding is left out", LOOKUP,
@@ -157,7 +157,7 @@ MUTANTS = (
     ),
     Mutant(
         "bias", "does not grow with the way to the texel", LOOKUP,
-        "beam_bias * max(1.0, length(step))", "beam_bias", LOOKUPS,
+        "bias.beam * max(1.0, length(step))", "bias.beam", LOOKUPS,
     ),
     Mutant(
         "bias", "the receiver's plane is flat", LOOKUP,
