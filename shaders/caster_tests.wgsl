@@ -103,7 +103,7 @@ fn load_caster(grid: LightGrid, warp: Warp, id: u32) -> Caster {
         }
     }
     let size = vec2<f32>(f32(grid.size));
-    caster.slack = 0.01 + (grid.rounding / nearest) * abs(grid.scale);
+    caster.slack = TEXEL_ROUNDING + (grid.rounding / nearest) * abs(grid.scale);
     low -= caster.slack;
     high += caster.slack;
     if any(low >= size) || any(high < vec2<f32>(0.0)) {
@@ -111,8 +111,8 @@ fn load_caster(grid: LightGrid, warp: Warp, id: u32) -> Caster {
     }
     if IS_WARPED {
         let image = warped_bound(warp, clamp(low / size, vec2<f32>(0.0), vec2<f32>(1.0)), clamp(high / size, vec2<f32>(0.0), vec2<f32>(1.0)));
-        low = image.xy * size - 0.01;
-        high = image.zw * size + 0.01;
+        low = image.xy * size - TEXEL_ROUNDING;
+        high = image.zw * size + TEXEL_ROUNDING;
     }
     caster.first = vec2<i32>(clamp(low, vec2<f32>(0.0), size - 1.0));
     caster.last = vec2<i32>(clamp(high, vec2<f32>(0.0), size - 1.0));
@@ -291,15 +291,11 @@ fn span_of_row(grid: LightGrid, caster: Caster, row: i32, first: i32, last: i32)
     span = grown_by_edge(span, caster.pb, caster.pc, low, high);
     span = grown_by_edge(span, caster.pc, caster.pa, low, high);
     // Rounding of a crossing far along an edge.
-    let room = caster.slack.x + 1e-6 * max(abs(caster.pa.x), max(abs(caster.pb.x), abs(caster.pc.x)));
+    let room = caster.slack.x + SHORT_ROUNDING * max(abs(caster.pa.x), max(abs(caster.pb.x), abs(caster.pc.x)));
     let from_x = clamp(span.x - room, f32(first), f32(last + 1));
     let to_x = clamp(span.y + room, f32(first - 1), f32(last));
     return vec2<i32>(vec2<f32>(floor(from_x), floor(to_x)));
 }
-
-// Rounding of a coordinate in grid space, per unit of distance from the eye: of three products, of their
-// sum, and of the axis.
-const GRID_ROUNDING: f32 = 1.0 / 4194304.0;
 
 // The ray of a receiver in grid space, and how far a corner relative to the receiver may be off there.
 struct GridRay {
@@ -308,14 +304,14 @@ struct GridRay {
 }
 
 fn grid_ray(grid: LightGrid, caster: Caster, q: vec3<f32>) -> GridRay {
-    let room = GRID_ROUNDING * (caster.farthest + absolute_sum(q));
+    let room = PRODUCT_ROUNDING * (caster.farthest + absolute_sum(q));
     if is_local {
         let to_light = grid.light - q;
         let shear = to_light.xy / to_light.z;
         // The ray itself turns by its ends' rounding.
         let reach = max(max(abs(caster.a.z - q.z), abs(caster.b.z - q.z)), abs(caster.c.z - q.z)) / to_light.z;
         let turned = (1.0 + reach) * (1.0 + abs(shear.x) + abs(shear.y));
-        return GridRay(LightRay(shear, to_light.z, 0.0), (room + GRID_ROUNDING * absolute_sum(grid.light)) * turned);
+        return GridRay(LightRay(shear, to_light.z, 0.0), (room + PRODUCT_ROUNDING * absolute_sum(grid.light)) * turned);
     }
     return GridRay(LightRay(vec2<f32>(0.0), 3.0e38, 0.0), room);
 }

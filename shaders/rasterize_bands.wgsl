@@ -51,15 +51,15 @@ fn unwarped_from_projected(
 fn heights_in_band(projection: Projection, warp: Warp, extent: Extent, band: i32) -> vec2<f32> {
     let height = f32(projection.size.y) / f32(warp.functions.x);
     return vec2<f32>(
-        max(f32(band) * height - 0.01, extent.low.y),
-        min(f32(band + 1) * height + 0.01, extent.high.y),
+        max(f32(band) * height - TEXEL_ROUNDING, extent.low.y),
+        min(f32(band + 1) * height + TEXEL_ROUNDING, extent.high.y),
     );
 }
 
 // First and last texel along an axis of an interval that a function maps to [low, high], in texels.
 fn texels_between(warp: Warp, axis: u32, function: u32, low: f32, high: f32, size: f32) -> vec2<i32> {
-    let from_place = value_of_function(warp, axis, function, low / size) * size - 0.01;
-    let to_place = value_of_function(warp, axis, function, high / size) * size + 0.01;
+    let from_place = value_of_function(warp, axis, function, low / size) * size - TEXEL_ROUNDING;
+    let to_place = value_of_function(warp, axis, function, high / size) * size + TEXEL_ROUNDING;
     let first = i32(clamp(ceil(from_place - 0.5), 0.0, size));
     let last = i32(clamp(floor(to_place - 0.5), -1.0, size - 1.0));
     return vec2<i32>(first, select(last, -1, low > high || low > size || high < 0.0));
@@ -135,7 +135,7 @@ fn split_item(job: Job, warp: Warp, item: Item) {
             let is_wide = columns.x % SIDE == 0 && last == min(next, size.x) - 1;
             let low = vec2<f32>(place_of_column(warp, u32(band), columns.x, projection.size), heights.x);
             let high = vec2<f32>(place_of_column(warp, u32(band), last, projection.size), heights.y);
-            let box = Box(0.5 * (low + high) - projection.centre, 0.5 * (high - low) + 0.01);
+            let box = Box(0.5 * (low + high) - projection.centre, 0.5 * (high - low) + TEXEL_ROUNDING);
             let nearest = stored_depth(projection, depths_in_box(projection, caster.triangle, box).x);
             let rows = rows_of_columns(projection, warp, unwarped, columns.x, last, low, high);
             for (var tile = rows.x / SIDE; tile * SIDE <= rows.y; tile += 1) {

@@ -33,14 +33,11 @@
 use crate::bvh::{Search, ThickRay};
 use crate::camera::Camera;
 use crate::light::Light;
+use crate::rounding::ROUNDING;
 use crate::scene::{Scene, unit_normal};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
-
-/// Relative rounding error granted to float32 programs: eight times the largest error, 2^-24, of
-/// rounding one number. A coordinate is rounded, then goes through two or three more operations.
-pub const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// What float64 rounds of what float32 is granted, generously: 2^-45 of the distances.
 const FLOAT64_SHARE: f64 = 1.0 / (1 << 24) as f64;

@@ -2,9 +2,9 @@
 //! argue for it.
 
 use crate::lanes::{Lane, V2, V3};
-use crate::reference::ROUNDING;
+use crate::rounding::ROUNDING;
 
-const EDGE_ROUNDING: f64 = 0.5 * ROUNDING;
+const PRODUCT_ROUNDING: f64 = 0.5 * ROUNDING;
 const CLEAR: f64 = 16.0;
 
 /// In axes relative to the receiver, the third of which goes towards the light.
@@ -89,7 +89,7 @@ impl<L: Lane> LightRay<L> {
         let edges = [[1, 2], [2, 0], [0, 1]].map(|[from, to]| {
             let (p, d) = (p[from], p[to] - p[from]);
             let [one, two] = [p.x * d.y, p.y * d.x];
-            let rounding = L::from_f64(EDGE_ROUNDING) * (one.abs() + two.abs());
+            let rounding = L::from_f64(PRODUCT_ROUNDING) * (one.abs() + two.abs());
             (one - two, rounding + off)
         });
         let e = edges.map(|edge| edge.0);

@@ -141,7 +141,7 @@ STOREYS = [
       "edge_directions", "light", "camera"},
      {"fits", "methods", "render", "python"} | ENGINES),
     # Which lays out its own uniform for the shaders.
-    ({"projection"}, {"fits", "methods", "render", "python"}),
+    ({"projection", "bias"}, {"fits", "methods", "render", "python"}),
     ({"scene", "bvh", "edges", "reference"}, {"fits", "methods", "render", "python"} | ENGINES),
     ({"fits"}, {"methods", "render", "python"} | ENGINES),
     (ENGINES, {"methods", "render", "python"}),

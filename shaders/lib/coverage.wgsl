@@ -28,7 +28,7 @@ struct Bound {
 // A conservative extent of the triangle in texels from the map's corner, rounding included.
 fn extent_in_map(projection: Projection, corners: Corners) -> Extent {
     let extent = texels_of_triangle(projection, corners.a, corners.b, corners.c);
-    let slack = 0.01 + 1e-6 * max(abs(extent.low), abs(extent.high));
+    let slack = TEXEL_ROUNDING + SHORT_ROUNDING * max(abs(extent.low), abs(extent.high));
     return Extent(extent.low - slack + projection.centre, extent.high + slack + projection.centre);
 }
 
@@ -44,7 +44,7 @@ fn box_of_bound(projection: Projection, warp: Warp, bound: Bound) -> Box {
     let linear = linear_bound(warp, bound.first, bound.last, projection.size);
     return Box(
         0.5 * (linear.xy + linear.zw) * size - projection.centre,
-        0.5 * (linear.zw - linear.xy) * size + 0.01,
+        0.5 * (linear.zw - linear.xy) * size + TEXEL_ROUNDING,
     );
 }
 
@@ -83,7 +83,7 @@ fn warped_bound_of_extent(projection: Projection, warp: Warp, extent: Extent) ->
     let low = clamp(extent.low / size, vec2<f32>(0.0), vec2<f32>(1.0));
     let high = clamp(extent.high / size, vec2<f32>(0.0), vec2<f32>(1.0));
     let image = warped_bound(warp, low, high);
-    let bound = bound_of_extent(projection, Extent(image.xy * size - 0.01, image.zw * size + 0.01));
+    let bound = bound_of_extent(projection, Extent(image.xy * size - TEXEL_ROUNDING, image.zw * size + TEXEL_ROUNDING));
     return Bound(bound.first, select(bound.last, vec2<i32>(-1), is_outside));
 }
 
@@ -113,7 +113,7 @@ fn sides_along(along: vec3<f32>, across: vec3<f32>, constant: vec3<f32>, roundin
     let inverse = 1.0 / select(vec3<f32>(1.0), along, is_low | is_high);
     let slope = -across * inverse;
     let offset = -constant * inverse;
-    let slack = 0.01 + rounding * abs(inverse);
+    let slack = TEXEL_ROUNDING + rounding * abs(inverse);
     return Sides(
         select(vec3<f32>(0.0), slope, is_low),
         select(vec3<f32>(-1.0e6), offset - slack, is_low),

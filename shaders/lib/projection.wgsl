@@ -6,6 +6,7 @@
 // Coordinates of a point in *projection space*: q = (x_axis.p, y_axis.p, z_axis.p), p relative to the
 // projection's origin. Texel coordinates have their origin at the top left corner of the map, y down;
 // *centred* ones are relative to `centre`, which keeps float32 precise in the middle of the map.
+#import lib/rounding
 
 struct Projection {
     origin_high: vec3<f32>,     // relative to the scene's origin, as a double-single number

@@ -11,6 +11,7 @@
 //           and where a corner of it is above the receiver's plane by more.
 //
 // After Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2013.
+#import lib/rounding
 
 struct LightRay {
     // The ray is (shear, 1) per unit of depth.
@@ -21,10 +22,6 @@ struct LightRay {
     margin: f32,
 }
 
-// As in the reference: eight times the largest error of rounding one number.
-const ROUNDING: f32 = 1.0 / 2097152.0;
-// Of an edge function: three roundings of half a step, and one to spare.
-const EDGE_ROUNDING: f32 = 1.0 / 4194304.0;
 // A triangle this many margins beyond the receiver does not touch it.
 const CLEAR: f32 = 16.0;
 
@@ -36,7 +33,7 @@ fn absolute_sum(v: vec3<f32>) -> f32 {
 fn edge_function(p: vec2<f32>, d: vec2<f32>) -> vec2<f32> {
     let one = p.x * d.y;
     let two = p.y * d.x;
-    return vec2<f32>(one - two, EDGE_ROUNDING * (abs(one) + abs(two)));
+    return vec2<f32>(one - two, PRODUCT_ROUNDING * (abs(one) + abs(two)));
 }
 
 // The receiver's margin: what the reference grants a point at a distance from the eye, seen along a ray

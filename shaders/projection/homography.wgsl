@@ -62,7 +62,7 @@ fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2
     let line = plane.x * rows[0] + plane.y * rows[1] + plane.z * rows[2];
     let sizes = abs(plane.x * rows[0]) + abs(plane.y * rows[1]) + abs(plane.z * rows[2]);
     let w = rows[2].x * x + rows[2].y * y + rows[2].z;
-    let rounding = 4e-6 * (sizes.x * abs(x) + sizes.y * abs(y) + sizes.z);
+    let rounding = 2.0 * FUNCTION_ROUNDING * (sizes.x * abs(x) + sizes.y * abs(y) + sizes.z);
     let low = (line.x * x + line.y * y + line.z - rounding) / w;
     let high = (line.x * x + line.y * y + line.z + rounding) / w;
     let is_before_horizon = all(w > vec4<f32>(0.0));
@@ -156,7 +156,7 @@ fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> ve
     let rows = projection.place_from_texel;
     let line = edge.x * rows[0].xyz + edge.y * rows[1].xyz + edge.z * rows[2].xyz;
     let sizes = abs(edge.x * rows[0].xyz) + abs(edge.y * rows[1].xyz) + abs(edge.z * rows[2].xyz);
-    return vec4<f32>(line, 2e-6 * dot(sizes, vec3<f32>(reach, 1.0)));
+    return vec4<f32>(line, FUNCTION_ROUNDING * dot(sizes, vec3<f32>(reach, 1.0)));
 }
 
 // A bound of an edge's function, times what is positive before the horizon, in a box of centred texels.

@@ -69,7 +69,7 @@ fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2
     let nearest = max(abs(middle) - reach, vec2<f32>(0.0)) / projection.scale;
     let farthest = (abs(middle) + reach) / projection.scale;
     let lengths = vec2<f32>(1.0 + dot(nearest, nearest), 1.0 + dot(farthest, farthest));
-    let rounding = vec2<f32>(1.0 - 2e-6, 1.0 + 2e-6);
+    let rounding = vec2<f32>(1.0 - FUNCTION_ROUNDING, 1.0 + FUNCTION_ROUNDING);
     return select(vec2<f32>(FAR), lengths * rounding / range, range > vec2<f32>(0.0));
 }
 
@@ -115,7 +115,7 @@ fn grown_by_edge(extent: Extent, a: vec3<f32>, b: vec3<f32>) -> Extent {
     let n = cross(a, b);
     let size = length(n);
     // A circle of a huge radius is a line; its ends are its extremes.
-    let flat = select(n.z, select(-1e-6, 1e-6, n.z >= 0.0) * size, abs(n.z) < 1e-6 * size);
+    let flat = select(n.z, select(-SHORT_ROUNDING, SHORT_ROUNDING, n.z >= 0.0) * size, abs(n.z) < SHORT_ROUNDING * size);
     let middle = n.xy / flat;
     let radius = size / abs(flat);
     // Of the two places on each axis the nearer to zero cancels: their product is known instead.
@@ -144,7 +144,7 @@ fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec
     // A triangle straight behind the light, or nearly, is all around the map. So is what has a corner in
     // the light. The sides of the direction (0, 0, -1) at the three edges:
     let sides = -vec3<f32>(cross(na, nb).z, cross(nb, nc).z, cross(nc, na).z);
-    let is_behind = (min(min(sides.x, sides.y), sides.z) >= -1e-6 || max(max(sides.x, sides.y), sides.z) <= 1e-6)
+    let is_behind = (min(min(sides.x, sides.y), sides.z) >= -SHORT_ROUNDING || max(max(sides.x, sides.y), sides.z) <= SHORT_ROUNDING)
         && min(min(a.z, b.z), c.z) <= 0.0;
     let is_at_light = min(min(dot(a, a), dot(b, b)), dot(c, c)) == 0.0;
     let is_all = is_behind || is_at_light;
@@ -181,7 +181,7 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
     let parabola_top = top * (2.0 * edge.xy - edge.z * top);
     let greatest = max(max(parabola_low, parabola_high), parabola_top);
     let farthest = max(abs(low), abs(high));
-    let slack = 4e-6 * (dot(abs(edge.xy), farthest) + abs(edge.z) * (1.0 + dot(farthest, farthest)));
+    let slack = 2.0 * FUNCTION_ROUNDING * (dot(abs(edge.xy), farthest) + abs(edge.z) * (1.0 + dot(farthest, farthest)));
     return greatest.x + greatest.y + edge.z + slack;
 }
 

@@ -45,7 +45,7 @@ fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
 // Least and greatest depth of a plane in a box of centred texels, rounding included.
 fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> vec2<f32> {
     let depth = dot(plane.xy, middle) + plane.z;
-    let rounding = 2e-6 * (dot(abs(plane.xy), abs(middle)) + abs(plane.z));
+    let rounding = FUNCTION_ROUNDING * (dot(abs(plane.xy), abs(middle)) + abs(plane.z));
     return depth + (dot(abs(plane.xy), reach) + rounding) * vec2<f32>(-1.0, 1.0);
 }
 
@@ -76,12 +76,12 @@ fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
 // The line on which an edge's function is zero among centred texels: its coefficients of x and y, its
 // constant, and what float32 may round of the function within `reach` of the axis.
 fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> vec4<f32> {
-    return vec4<f32>(edge, 2e-6 * (dot(abs(edge.xy), reach) + abs(edge.z)));
+    return vec4<f32>(edge, FUNCTION_ROUNDING * (dot(abs(edge.xy), reach) + abs(edge.z)));
 }
 
 // A bound of an edge's function in a box of centred texels.
 fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
-    return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + 1e-6 * abs(edge.z);
+    return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + SHORT_ROUNDING * abs(edge.z);
 }
 
 // Casters nearer than the nearest depth are drawn at it, as pancaking does.

@@ -44,7 +44,7 @@ fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
 // Least and greatest depth of a plane in a box of centred texels, rounding included.
 fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> vec2<f32> {
     let inverse = dot(plane.xy, middle) + plane.z;
-    let rounding = 2e-6 * (dot(abs(plane.xy), abs(middle)) + abs(plane.z));
+    let rounding = FUNCTION_ROUNDING * (dot(abs(plane.xy), abs(middle)) + abs(plane.z));
     let range = inverse + (dot(abs(plane.xy), reach) + rounding) * vec2<f32>(1.0, -1.0);
     return select(vec2<f32>(FAR), 1.0 / range, range > vec2<f32>(0.0));
 }
@@ -75,8 +75,6 @@ fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Exte
     );
 }
 
-// Of a point between two others: four roundings of half a step, twice over.
-const CROSSING_ROUNDING: f32 = 1.0 / 2097152.0;
 // What is divided by it stays within float32.
 const NEAREST_CROSSING: f32 = 1e-25;
 
@@ -87,7 +85,7 @@ fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: ve
     let z = max(projection.z_min, NEAREST_CROSSING);
     let texel = mix(a.xy, b.xy, t) / z;
     // The nearer the plane, the more of the image a rounding of the crossing is.
-    let rounding = CROSSING_ROUNDING * (abs(a.xy) + abs(b.xy)) / z;
+    let rounding = ROUNDING * (abs(a.xy) + abs(b.xy)) / z;
     return Extent(
         select(extent.low, min(extent.low, texel - rounding), crosses),
         select(extent.high, max(extent.high, texel + rounding), crosses),
@@ -113,12 +111,12 @@ fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
 // The line on which an edge's function is zero among centred texels: its coefficients of x and y, its
 // constant, and what float32 may round of the function within `reach` of the axis.
 fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> vec4<f32> {
-    return vec4<f32>(edge, 2e-6 * (dot(abs(edge.xy), reach) + abs(edge.z)));
+    return vec4<f32>(edge, FUNCTION_ROUNDING * (dot(abs(edge.xy), reach) + abs(edge.z)));
 }
 
 // A bound of an edge's function in a box of centred texels.
 fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
-    return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + 1e-6 * abs(edge.z);
+    return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + SHORT_ROUNDING * abs(edge.z);
 }
 
 // What is nearer than the near plane is not seen.

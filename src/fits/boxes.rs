@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::geometry::smallest_rectangle;
 use crate::projection::Projection;
 use crate::region::Region;
+use crate::rounding::{RECEIVER_ROUNDING, ROUNDING};
 use glam::{DMat2, DVec2, DVec3};
 use std::f64::consts::SQRT_2;
 
@@ -162,7 +163,7 @@ fn parallel_box(
     let casters = projected_box(axes, setting.scene.bounds());
     // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
     let farthest = low.abs().max(high.abs()).length();
-    let rounding = 4.0 * f64::from(f32::EPSILON) * farthest;
+    let rounding = ROUNDING * farthest;
     let (mut low, mut high) = (low - rounding, high + rounding);
     if cut == Cut::Snapped {
         // From the world's origin: the axes' own moves with the eye.
@@ -194,7 +195,7 @@ fn central_map(
 ) -> Projection {
     let widest = widest_place(setting, axes, region);
     let distances = (setting.camera.eye - axes.origin).length() + corners.1.z;
-    let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
+    let rounding = RECEIVER_ROUNDING * distances;
     match cut {
         Cut::Whole => {
             let far = (corners.1.z + rounding).min(axes.far);

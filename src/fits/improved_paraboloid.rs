@@ -16,6 +16,7 @@ use crate::camera::Camera;
 use crate::error::Result;
 use crate::geometry::{bounds_of, smallest_rectangle};
 use crate::projection::{Paraboloid, Projection};
+use crate::rounding::{RECEIVER_ROUNDING, ROUNDING};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -202,7 +203,7 @@ fn fit_receivers(
         return fit_halves(receivers, light, &directions, resolution);
     }
     let distances = (camera.eye - light).length() + corners.1.z;
-    let rounding = 8.0 * f64::from(f32::EPSILON) * distances;
+    let rounding = RECEIVER_ROUNDING * distances;
     let projection = match zoom {
         Zoom::Frustum | Zoom::Cone => {
             let far = (corners.1.z + rounding).min(axes.far);
@@ -320,7 +321,7 @@ fn fit_distant_frustum(
         |z: f64, side: f64| DVec3::new(middle.x + side * radius, middle.y + side * radius, z);
     let corners = (around(low.z, -1.0), around(high.z, 1.0));
     let casters = projected_box(&axes, scene.bounds());
-    let rounding = 4.0 * f64::from(f32::EPSILON) * low.abs().max(high.abs()).length();
+    let rounding = ROUNDING * low.abs().max(high.abs()).length();
     let corners = (corners.0 - rounding, corners.1 + rounding);
     let projection = parallel::fit_box(&axes, corners, casters.0.z - rounding, resolution);
     Ok(vec![Layer::everywhere(projection)])

@@ -14,6 +14,7 @@ use crate::frustum::visible_part;
 use crate::geometry::bounds_of;
 use crate::projection::{Homography, Perspective, Projection};
 use crate::region::Region;
+use crate::rounding::BOX_ROUNDING;
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
 /// What a light matrix must hold.
@@ -190,7 +191,7 @@ pub fn projection(
     let middle = subject.points.iter().map(across).sum::<DVec2>() / subject.points.len() as f64;
     let w = (homography * middle.extend(1.0)).z;
     let (low, high) = projected_box(&axes, bounds);
-    let rounding = f64::from(f32::EPSILON) * (low.abs().max(high.abs())).length();
+    let rounding = BOX_ROUNDING * (low.abs().max(high.abs())).length();
     Projection {
         kind: Homography::new(homography * (1.0 / w), reach).into(),
         centre,

@@ -8,6 +8,7 @@ use super::receivers::Setting;
 use super::rotation::parallel_off_edges;
 use crate::geometry::bounds_of;
 use crate::projection::Projection;
+use crate::rounding::BOX_ROUNDING;
 use crate::scene::Scene;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -44,7 +45,7 @@ pub fn fit_uniform(scene: &Scene, eye: DVec3, direction: DVec3, resolution: u32)
         || (DVec3::INFINITY, DVec3::NEG_INFINITY),
         |a, b| (a.0.min(b.0), a.1.max(b.1)),
     );
-    let rounding = f64::from(f32::EPSILON) * ((high - low).length() + (eye - axes.origin).length());
+    let rounding = BOX_ROUNDING * ((high - low).length() + (eye - axes.origin).length());
     let (low, high) = (bounds.0 - rounding, bounds.1 + rounding);
     fit_box(&axes, (low, high), low.z, resolution)
 }

@@ -37,6 +37,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/projection"),
     file!("lib/receiver_ray"),
     file!("lib/receivers"),
+    file!("lib/rounding"),
     file!("lib/shadow_ray"),
     file!("lib/tables"),
     file!("lib/seams"),

@@ -2,6 +2,7 @@
 
 use super::lookup::DepthBias;
 use crate::projection::Projection;
+use crate::rounding::ROUNDING;
 use glam::DVec3;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,5 +69,5 @@ impl BiasRule {
 /// terms, none larger than the distance of the eye and the size of the map's box together.
 pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
     let scale = (eye - projection.origin).length() + projection.kind.extent(projection);
-    8.0 * f64::from(f32::EPSILON / 2.0) * scale
+    ROUNDING * scale
 }

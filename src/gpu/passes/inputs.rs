@@ -9,6 +9,7 @@ use crate::gpu::shader_struct::shader_struct;
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::region::{MAX_HALF_SPACES, Region};
+use crate::rounding::RECEIVER_ROUNDING;
 use glam::DVec3;
 
 /// Columns and rows of a tile, as in `shaders/lib/image_tiles.wgsl`.
@@ -146,7 +147,7 @@ impl<'a> Receivers<'a> {
     /// What float32 may round of a receiver's position.
     pub fn slack(&self) -> f64 {
         let distances = self.scene.farthest(self.camera.eye) + self.eye_from_light().length();
-        8.0 * f64::from(f32::EPSILON) * distances
+        RECEIVER_ROUNDING * distances
     }
 
     /// Workgroups of the layer's tiles, or of all of the image, each invocation with so many rows: a power of

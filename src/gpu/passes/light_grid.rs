@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
-use crate::rounding::double_single;
+use crate::rounding::{RECEIVER_ROUNDING, double_single};
 use glam::{DMat3, DVec2};
 use std::ops::Range;
 
@@ -61,8 +61,7 @@ impl LightGrid {
             true => DVec2::ZERO,
         };
         // Of a sum of three products, of positions relative to the eye, and of the light's.
-        let rounding =
-            8.0 * f64::from(f32::EPSILON) * (scene.farthest(camera.eye) + light.length());
+        let rounding = RECEIVER_ROUNDING * (scene.farthest(camera.eye) + light.length());
         let size = projection.width;
         // No triangle is cut into more than 64 x 64 coarse tiles.
         let coarse = (size.div_ceil(64)).next_power_of_two().max(8 * GRID_TILE);

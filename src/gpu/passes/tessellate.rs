@@ -11,6 +11,7 @@ use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::{Room, SceneTables};
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::{Projection, ProjectionUniform};
+use crate::rounding::FUNCTION_ROUNDING;
 use std::sync::atomic::Ordering;
 
 shader_struct! {
@@ -54,7 +55,7 @@ pub fn tessellate(
     let groups = frame.storage("workgroups of refine", 12)?;
     // Of places in the map, as a share of it: the smaller the map is and the farther off its axis, the more.
     let side = f64::from(projection.width.min(projection.height));
-    let rounding = 2e-6 * (1.0 + projection.centre.abs().max_element() / side);
+    let rounding = FUNCTION_ROUNDING * (1.0 + projection.centre.abs().max_element() / side);
     let job = TessellationUniform {
         projection: projection.uniform(scene.origin),
         triangle_count: scene.triangle_count,
