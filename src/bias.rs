@@ -189,10 +189,8 @@ fn twin(i: u32) -> array<f32, 8> {
                 true => "projection/perspective",
                 false => "projection/parallel",
             };
-            let shader = Shader {
-                projection,
-                ..Shader::new("lookup")
-            };
+            let mut shader = Shader::new("lookup");
+            shader.fill(projection);
             let source = shader.compose() + WGSL;
             assert_twins(&source, &Biased { is_central }, &cases, &[]);
         }
