@@ -1,7 +1,8 @@
-"""The storeys of the source: what may import what, and no circle of imports."""
+"""The storeys of the source: what may import what, no circle of imports, nothing too long."""
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -163,3 +164,45 @@ def test_no_storey_knows_the_one_above(storey: set[str], above: set[str]) -> Non
 def test_only_python_names_pyo3() -> None:
     naming = [file for file in SOURCE.rglob("*.rs") if re.search(r"\bpyo3\b", file.read_text())]
     assert {module_of(file).partition("::")[0] for file in naming} <= {"python", "lib"}
+
+
+MAX_FUNCTION_LINES = 90
+MAX_FILE_LINES = 600
+# The reference is one argument from its first line to its last.
+LONG_FILES = {"src/reference.rs"}
+
+
+def functions_of(file: Path) -> Iterator[tuple[str, int]]:
+    """Functions of a file, and how many lines each has."""
+    text = file.read_text()
+    if file.suffix == ".py":
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef):
+                yield node.name, (node.end_lineno or node.lineno) - node.lineno + 1
+        return
+    lines = text.splitlines()
+    for number, line in enumerate(lines):
+        if found := re.match(r"( *)(?:pub(?:\(\w+\))? )?(?:const )?fn (\w+)", line):
+            end = (i for i in range(number, len(lines)) if lines[i].startswith(f"{found[1]}}}"))
+            yield found[2], next(end, number) - number + 1
+
+
+def test_functions_and_files_are_short() -> None:
+    files = [
+        file
+        for folder in ("src", "shaders", "python", "tests", "docs")
+        for file in (ROOT / folder).rglob("*")
+        if file.suffix in (".rs", ".wgsl", ".py")
+    ]
+    too_long = [
+        f"{file.relative_to(ROOT)}, {name}: {lines} lines"
+        for file in files
+        for name, lines in functions_of(file)
+        if lines > MAX_FUNCTION_LINES
+    ]
+    long_files = {
+        str(file.relative_to(ROOT))
+        for file in files
+        if len(file.read_text().splitlines()) > MAX_FILE_LINES
+    }
+    assert (too_long, long_files) == ([], LONG_FILES)

@@ -130,10 +130,9 @@ def study(
     [['uniform', 64], ['uniform', 128], ['rtw', 64], ['rtw', 128]]
     """
     pandas = needs("pandas", "study")
-    repeats = count("repeats", repeats)
     cases = list(cases_of(scenes, cameras, lights, methods, parameters, size))
     log = Journal(None if journal is None else Path(journal), {case.key for case in cases})
-    complete = _run(cases, repeats, executor, log, progress)
+    complete = _run(cases, count("repeats", repeats), executor, log, progress)
     rows = [row for case in cases for row in _rows(case, log.of(case.key))]
     table = pandas.DataFrame(rows, columns=_merged(rows))
     table.attrs["complete"] = complete
