@@ -1,6 +1,8 @@
 //! Light space perspective: the texels narrow along the view as the pixels do.
 //!
-//!     shadow_from_ray = focus * warp * align
+//! ```text
+//! shadow_from_ray = focus * warp * align
+//! ```
 //!
 //! Michael Wimmer, Daniel Scherzer, Werner Purgathofer. Light space perspective shadow maps. Eurographics Symposium
 //! on Rendering 2004.

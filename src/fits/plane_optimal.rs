@@ -1,6 +1,8 @@
 //! Plane optimal: on a plane each texel is a pixel. A point's place is where its shadow on the plane is in the image.
 //!
-//!     shadow_from_world = focus * image * onto_plane
+//! ```text
+//! shadow_from_world = focus * image * onto_plane
+//! ```
 //!
 //! Hamilton Y. Chong, Steven J. Gortler. A lixel for every pixel. Eurographics Symposium on Rendering 2004.
 

@@ -1,6 +1,8 @@
 //! Perspective shadow map: the light looks at the scene after the camera's perspective, where near things are large.
 //!
-//!     shadow_from_world = focus * light_projection * light_view * camera
+//! ```text
+//! shadow_from_world = focus * light_projection * light_view * camera
+//! ```
 //!
 //! Marc Stamminger, George Drettakis. Perspective shadow maps. SIGGRAPH 2002.
 

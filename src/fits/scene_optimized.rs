@@ -1,6 +1,8 @@
 //! Scene optimized: the light matrix that serves the image's shadow boundaries best.
 //!
-//!     shadow_from_ray = focus * light_view
+//! ```text
+//! shadow_from_ray = focus * light_view
+//! ```
 //!
 //! with the light's view rotated to the optical axis that the search finds.
 //!
