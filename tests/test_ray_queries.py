@@ -21,9 +21,12 @@ def differing(scene: lx.Scene, camera: lx.Camera, light: lx.Light, method: lx.Me
     return int(((frame != other) & truth.covered & ~truth.tie).sum())
 
 
-@pytest.mark.parametrize("traversal", ["fast", "", None, 1])
-def test_another_traversal_is_refused(traversal):
-    with pytest.raises(ValueError, match="traversal must be one of 'auto', 'compute', 'hardware'"):
+@pytest.mark.parametrize(
+    ("traversal", "error"),
+    [("fast", ValueError), ("", ValueError), (None, TypeError), (1, TypeError)],
+)
+def test_another_traversal_is_refused(traversal, error):
+    with pytest.raises(error, match="traversal must be one of 'auto', 'compute', 'hardware'"):
         lx.RayTraced(traversal=traversal)
 
 
