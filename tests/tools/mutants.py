@@ -47,7 +47,7 @@ LOOKUPS = (
     "auto or misclassified or noon or one_row",
 )
 HIDDEN = ("pytest", "tests/test_hidden_parts.py")
-TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear")
+TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear or seam")
 SEEN_TILES = ("pytest", "tests/test_receiver_tiles.py", "-k", "torn")
 RULES = ("pytest", "tests/test_parameters.py", "-k", "same_words")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
