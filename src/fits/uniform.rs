@@ -20,14 +20,14 @@ pub fn fit_scene(setting: Setting, resolution: u32) -> Vec<Layer> {
         camera,
         light,
     } = setting;
+    if light.position().is_none() {
+        let direction = -light.vector_from_point(camera.eye);
+        let map = fit_uniform(scene, camera.eye, direction, resolution);
+        return vec![Layer::everywhere(map)];
+    }
     let whole = |Layer { projection, region }| {
-        let projection = if projection.kind.is_central() {
-            let widest = 1.001 * widest_place(setting, &projection, &region);
-            fit_square(&projection, widest, projection.far, resolution)
-        } else {
-            let direction = -light.vector_from_point(camera.eye);
-            fit_uniform(scene, camera.eye, direction, resolution)
-        };
+        let widest = 1.001 * widest_place(setting, &projection, &region);
+        let projection = fit_square(&projection, widest, projection.far, resolution);
         Layer { projection, region }
     };
     layers_of_light(setting).into_iter().map(whole).collect()
