@@ -66,6 +66,13 @@ impl<L: Lane> Rule<L> {
         }
     }
 
+    /// The depth that is compared `step` texels from the receiver, moved by no more than `reach`.
+    #[inline(always)]
+    fn depth_at(&self, kind: &impl Formulas<L>, plane: &Plane<L>, step: V2<L>, reach: f64) -> L {
+        let on_plane = step * self.receiver_plane;
+        kind.depth_of_neighbour(plane.normal, plane.q, on_plane, L::from_f64(reach))
+    }
+
     /// The depth that a texel, `step` texels from the receiver, must hold at least to leave it lit.
     #[inline(always)]
     pub fn least_lit_depth(
@@ -75,9 +82,7 @@ impl<L: Lane> Rule<L> {
         bias: &Bias<L>,
         step: V2<L>,
     ) -> L {
-        let on_plane = step * self.receiver_plane;
-        let most = L::from_f64(TEXEL_REACH);
-        let depth = kind.depth_of_neighbour(plane.normal, plane.q, on_plane, most);
+        let depth = self.depth_at(kind, plane, step, TEXEL_REACH);
         // The farther a curved surface is taken for its plane, the more that is wrong.
         depth - (bias.least + bias.beam * step.length().max(L::from_f64(1.0)))
     }
@@ -91,9 +96,7 @@ impl<L: Lane> Rule<L> {
         bias: &Bias<L>,
         step: V2<L>,
     ) -> L {
-        let on_plane = step * self.receiver_plane;
-        let most = L::from_f64(DISC_REACH);
-        let depth = kind.depth_of_neighbour(plane.normal, plane.q, on_plane, most);
+        let depth = self.depth_at(kind, plane, step, DISC_REACH);
         // The farther, the more a slope's bias must take off.
         let texels = step.map(|s| s.abs().max(L::from_f64(1.0)));
         depth - (bias.even + bias.beam + bias.slope.dot(texels))
