@@ -3,13 +3,8 @@
 //
 //   homogeneous texel = H (q.x, q.y, 1)        depth = q.z
 //
-// Edges and planes stay in the plane of q.xy, where they are those of projection/parallel.wgsl. The
-// horizon is the line whose last coordinate, w, is zero; nothing behind it is in the map.
-#import lib/projection
-
-fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(q.xy, 1.0);
-}
+// The horizon is the line whose last coordinate, w, is zero; nothing behind it is in the map.
+#import lib/parallel_rays
 
 fn times(rows: array<vec4<f32>, 3>, v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
@@ -21,36 +16,10 @@ fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f3
     return select(vec2<f32>(1e8), texel.xy / texel.z, texel.z > 0.0);
 }
 
-fn projected_from_ray(ray: vec3<f32>, depth: f32) -> vec3<f32> {
-    return vec3<f32>(ray.xy, depth);
-}
-
-fn depth_from_projected(q: vec3<f32>) -> f32 {
-    return q.z;
-}
-
-fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(q.xy, 1.0);
-}
-
 // A texel behind the horizon has the negative of a ray, which no triangle covers.
 fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     let ray = times(projection.place_from_texel, vec3<f32>(centred, 1.0));
     return ray / abs(ray.z);
-}
-
-// The same but of any length.
-fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
-    return ray_from_texel(projection, centred);
-}
-
-fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
-    let slope = -normal.xy / normal.z;
-    return vec3<f32>(slope, q.z - dot(slope, q.xy));
-}
-
-fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
-    return fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
 }
 
 // Least and greatest depth of a plane in a box of centred texels, rounding included. Along any line before the
@@ -144,11 +113,6 @@ fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec
     return grown_by_crossing(projection, extent, tc, ta);
 }
 
-// Least and greatest depth of a triangle, or a little beyond.
-fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
-    return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
-}
-
 // The line on which an edge's function, times what is positive before the horizon, is zero
 // among centred texels: its coefficients of x and y, its constant, and what float32 may round of the
 // function within `reach` of the axis.
@@ -164,15 +128,6 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
     let line = line_of_edge(projection, edge, abs(middle) + reach);
     return dot(line.xy, middle) + line.z + dot(abs(line.xy), reach) + line.w;
 }
-
-// Casters nearer than the nearest depth are drawn at it, as pancaking does.
-fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
-    return max(z, z_min);
-}
-
-// Sides that triangles are cut at where a corner has no place or is far off: the end of the projection,
-// and those of a band around the map.
-const CUTS: u32 = 5u;
 
 // Centred texel times w, and w: what depths are divided by before they are interpolated along lines of
 // the map.

@@ -1,45 +1,12 @@
 // Parallel rays: a directional light. Texel = (q.x, q.y), depth = q.z.
-#import lib/projection
-
-// The edges and the rays of a parallel projection live in the plane q.z = 1.
-fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(q.xy, 1.0);
-}
+#import lib/parallel_rays
 
 fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
     return q.xy;
 }
 
-fn projected_from_ray(ray: vec3<f32>, depth: f32) -> vec3<f32> {
-    return vec3<f32>(ray.xy, depth);
-}
-
-fn depth_from_projected(q: vec3<f32>) -> f32 {
-    return q.z;
-}
-
-fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(q.xy, 1.0);
-}
-
 fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     return vec3<f32>(centred, 1.0);
-}
-
-// The same but of any length.
-fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
-    return ray_from_texel(projection, centred);
-}
-
-// Depth is linear in the texel: the coefficients of the plane with a normal (a covector of projection
-// space) through a point. On a steep plane that is more precise than the plane's height.
-fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
-    let slope = -normal.xy / normal.z;
-    return vec3<f32>(slope, q.z - dot(slope, q.xy));
-}
-
-fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
-    return fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
 }
 
 // Least and greatest depth of a plane in a box of centred texels, rounding included.
@@ -68,11 +35,6 @@ fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec
     return Extent(min(min(a.xy, b.xy), c.xy), max(max(a.xy, b.xy), c.xy));
 }
 
-// Least and greatest depth of a triangle, or a little beyond.
-fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
-    return vec2<f32>(min(min(a.z, b.z), c.z), max(max(a.z, b.z), c.z));
-}
-
 // The line on which an edge's function is zero among centred texels: its coefficients of x and y, its
 // constant, and what float32 may round of the function within `reach` of the axis.
 fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> vec4<f32> {
@@ -83,15 +45,6 @@ fn line_of_edge(projection: Projection, edge: vec3<f32>, reach: vec2<f32>) -> ve
 fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> f32 {
     return dot(edge.xy, middle) + edge.z + dot(abs(edge.xy), reach) + SHORT_ROUNDING * abs(edge.z);
 }
-
-// Casters nearer than the nearest depth are drawn at it, as pancaking does.
-fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
-    return max(z, z_min);
-}
-
-// Sides that triangles are cut at where a corner has no place or is far off: the end of the projection,
-// and those of a band around the map.
-const CUTS: u32 = 5u;
 
 // Centred texel times w, and w: what depths are divided by before they are interpolated along lines of
 // the map.

@@ -32,6 +32,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/light_grid"),
     file!("lib/light_rays"),
     file!("lib/normals"),
+    file!("lib/parallel_rays"),
     file!("lib/parts"),
     file!("lib/pieces"),
     file!("lib/projection"),
