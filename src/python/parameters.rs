@@ -9,7 +9,7 @@ use crate::methods::schema::{
     Array, Fault, OldMap, Parameter, ParameterGroup, Parameters, Rule, Schema, Value,
 };
 use glam::DMat4;
-use numpy::{PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString};
@@ -155,16 +155,13 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
             Ok(Value::Text(Cow::Owned(text)))
         }
         Rule::Weights => {
+            // As a method keeps them, so that each render takes them without a detour.
+            if let Ok(weights) = value.extract::<PyReadonlyArray2<f32>>() {
+                return Ok(Value::Array(weights_of(&weights, |weight| weight)));
+            }
             let weights: PyReadonlyArray2<f64> =
                 numbers(value, 2)?.extract().map_err(|_| Fault::Kind)?;
-            let weights = weights.as_array();
-            let (rows, columns) = weights.dim();
-            let values = weights.iter().map(|&weight| weight as f32).collect();
-            Ok(Value::Array(Array {
-                rows,
-                columns,
-                values,
-            }))
+            Ok(Value::Array(weights_of(&weights, |weight| weight as f32)))
         }
         Rule::Matrix => {
             let matrix = numbers(value, 2)?;
@@ -174,6 +171,16 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
             Ok(Value::Matrix(DMat4::from_cols_array_2d(&rows).transpose()))
         }
         Rule::Maps => old_maps(value),
+    }
+}
+
+fn weights_of<T: Element + Copy>(array: &PyReadonlyArray2<T>, narrow: fn(T) -> f32) -> Array {
+    let weights = array.as_array();
+    let (rows, columns) = weights.dim();
+    Array {
+        rows,
+        columns,
+        values: weights.iter().map(|&weight| narrow(weight)).collect(),
     }
 }
 
