@@ -46,19 +46,16 @@ const OUTPUTS: &[(&str, Output)] = &[
 ];
 
 /// A set of them, and how they are made.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
     set: u8,
-    /// Whether nothing is left out, not even what cannot change a picture.
-    without_culling: bool,
+    /// Whether what cannot change a picture is left out.
+    culls: bool,
 }
 
 impl Outputs {
     pub fn from_names(names: &[String], culls: bool) -> Result<Self> {
-        let mut outputs = Self {
-            set: 0,
-            without_culling: !culls,
-        };
+        let mut outputs = Self { set: 0, culls };
         for name in names {
             let Some((_, output)) = OUTPUTS.iter().find(|(known, _)| known == name) else {
                 let known: Vec<_> = OUTPUTS.iter().map(|(known, _)| *known).collect();
@@ -74,10 +71,6 @@ impl Outputs {
 
     pub fn has(self, output: Output) -> bool {
         self.set & (1 << output as u8) != 0
-    }
-
-    fn culls(self) -> bool {
-        !self.without_culling
     }
 
     fn has_any(self, outputs: &[Output]) -> bool {
@@ -260,12 +253,12 @@ fn try_render(
     outputs: Outputs,
 ) -> Result<Option<Vec<Rendered>>> {
     let gpu = device_scene.gpu.clone();
-    let mut frames = Recording::together(&gpu, lights.len(), outputs.culls());
+    let mut frames = Recording::together(&gpu, lights.len(), outputs.culls);
     let tables = &device_scene.tables;
     let known = device_scene
         .visibility
         .take()
-        .filter(|(known, _)| known == camera && outputs.culls());
+        .filter(|(known, _)| known == camera && outputs.culls);
     let mut is_known = known.is_some();
     let visibility_buffer = match known {
         Some((_, buffer)) => buffer,
@@ -523,7 +516,7 @@ mod tests {
         let method = Method::new(exact, &exact.defaults()).unwrap();
         let cache = SceneCache::default();
         let render = || {
-            let outputs = Outputs::default();
+            let outputs = Outputs::from_names(&[], true).unwrap();
             let rendered = render(&scene, &cache, &camera, &[&light], &method, outputs);
             rendered.unwrap().remove(0)
         };

@@ -82,13 +82,16 @@ parameters! {
 impl AnalysisParameters {
     /// The texels of a map that turns with the receivers cannot hold still while they move.
     pub fn check(&self) -> Result<()> {
-        ensure_value!(
-            !self.snap || chosen(&self.fit, FITS).holds_still,
-            "snap must come with one of the fits 'desired_view', 'cube', 'dual_paraboloid', 'spot', whose maps \
-             do not turn with the receivers, got '{}'",
+        if !self.snap || chosen(&self.fit, FITS).holds_still {
+            return Ok(());
+        }
+        let still = FITS.iter().filter(|(_, fit)| fit.holds_still);
+        let still: Vec<_> = still.map(|(word, _)| format!("'{word}'")).collect();
+        Err(Error::Value(format!(
+            "snap must come with one of the fits {}, whose maps do not turn with the receivers, got '{}'",
+            still.join(", "),
             self.fit
-        );
-        Ok(())
+        )))
     }
 
     /// The layers that are warped.

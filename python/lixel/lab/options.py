@@ -16,7 +16,7 @@ from ..methods import METHODS, Method, method_from
 from ..scene import Scene
 from ..scenes import GENERATORS
 from .report import table
-from .result_tables import write
+from .result_tables import ENDINGS, write
 from .views import scene_and_views
 
 CAMERA_HELP = """name or index of a camera of the scene or of --views, or "eye;target;yfov" or
@@ -34,8 +34,6 @@ SCENE_HELP = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENE
 DEFAULT_SCENE = "colonnade"
 
 MORE = "may be given more than once"
-
-TABLES = (".csv", ".parquet")
 
 
 # --- Options ---
@@ -96,7 +94,7 @@ def add_parameters(parser: argparse.ArgumentParser, several: str = "") -> None:
 
 
 def add_output(
-    parser: argparse.ArgumentParser, words: str, endings: Sequence[str] = TABLES, **more: Any
+    parser: argparse.ArgumentParser, words: str, endings: Sequence[str] = ENDINGS, **more: Any
 ) -> None:
     """`-o`, a path with one of some endings, and in words what is written there."""
     more = {"type": path_ending_in(*endings), "metavar": "FILE", **more}

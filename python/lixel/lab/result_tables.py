@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 PROVENANCE = ("device", "driver", "date", "command")
 
+ENDINGS = (".csv", ".parquet")
+
 
 def provenance(command: str) -> dict[str, str]:
     """What made a table: the device, its driver, the day, and the command."""
@@ -29,12 +31,6 @@ def provenance(command: str) -> dict[str, str]:
         "date": datetime.now(timezone.utc).date().isoformat(),
         "command": command,
     }
-
-
-def check_table_path(name: str, path: Path) -> None:
-    """Refuses endings other than those of tables."""
-    if path.suffix.lower() not in (".csv", ".parquet"):
-        raise ValueError(f"{name} must end in .csv or .parquet, got {str(path)!r}")
 
 
 def save(table: pandas.DataFrame, path: str | Path) -> None:
@@ -56,7 +52,8 @@ def save(table: pandas.DataFrame, path: str | Path) -> None:
         pyarrow is missing; the extra ``study`` has it.
     """
     target = Path(path)
-    check_table_path("path", target)
+    if target.suffix.lower() not in ENDINGS:
+        raise ValueError(f"path must end in {' or '.join(ENDINGS)}, got {str(target)!r}")
     shared = {
         name: str(table[name].iloc[0])
         for name in PROVENANCE
@@ -122,10 +119,10 @@ def append(path: Path, command: str, rows: Sequence[Mapping[str, Any]]) -> None:
     """Add rows to a table, all of them or none; its header is from when it was begun."""
     pandas = needs("pandas", "study")
     table = pandas.DataFrame(rows)
-    header = provenance(command)
     if path.exists():
         before = read(path)
-        header = before.attrs
         table = pandas.concat([before, table], ignore_index=True)
-    table.attrs = header
+        table.attrs = before.attrs
+    else:
+        table.attrs = provenance(command)
     save(table, path)
