@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from ._core import DeviceError
 from .camera import Camera
-from .light import DirectionalLight, Light
+from .light import WITH_POSITION, Light
 from .methods import Auto, DesiredView, Exact, LightSpacePerspective, Method, RayTraced
 from .scene import Scene
 
@@ -42,9 +42,9 @@ def model() -> dict[str, Any]:
 
 def map_for(light: Light, resolution: int) -> Method:
     """The map that is tried: of those calibrated the one with the fewest wrong pixels."""
-    if isinstance(light, DirectionalLight):
-        return LightSpacePerspective(resolution=resolution)
-    return DesiredView(resolution=resolution)
+    if isinstance(light, WITH_POSITION):
+        return DesiredView(resolution=resolution)
+    return LightSpacePerspective(resolution=resolution)
 
 
 def differing(coarse: npt.NDArray[np.float32], fine: npt.NDArray[np.float32]) -> int:
@@ -72,7 +72,7 @@ def features(
 
 def time_key(method: Method, light: Light) -> str:
     """Which of the model's times is the method's."""
-    kind = "directional" if isinstance(light, DirectionalLight) else "positional"
+    kind = "positional" if isinstance(light, WITH_POSITION) else "directional"
     return method.name if isinstance(method, RayTraced) else f"{method.name}, {kind}"
 
 
