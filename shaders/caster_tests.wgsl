@@ -305,22 +305,25 @@ struct GridRay {
 
 fn grid_ray(grid: LightGrid, caster: Caster, q: vec3<f32>) -> GridRay {
     let room = PRODUCT_ROUNDING * (caster.farthest + absolute_sum(q));
+    let shear = slope_of_ray(grid, q);
+    if is_far_away {
+        return GridRay(LightRay(shear, 1.0 / grid.light.z - q.z, 0.0), 2.0 * room * (1.0 + abs(shear.x) + abs(shear.y)));
+    }
     if is_local {
         let to_light = grid.light - q;
-        let shear = to_light.xy / to_light.z;
         // The ray itself turns by its ends' rounding.
         let reach = max(max(abs(caster.a.z - q.z), abs(caster.b.z - q.z)), abs(caster.c.z - q.z)) / to_light.z;
         let turned = (1.0 + reach) * (1.0 + abs(shear.x) + abs(shear.y));
         return GridRay(LightRay(shear, to_light.z, 0.0), (room + PRODUCT_ROUNDING * absolute_sum(grid.light)) * turned);
     }
-    return GridRay(LightRay(vec2<f32>(0.0), 3.0e38, 0.0), room);
+    return GridRay(LightRay(shear, 3.0e38, 0.0), room);
 }
 
 // Whether the triangle is met on the light ray of the receiver in a pixel.
 fn shadows_pixel(grid: LightGrid, id: u32, pixel: u32) -> bool {
     let width = receivers_uniform.width;
     let receiver = load_receiver(receivers_uniform, pixel % width, pixel / width);
-    let ray = ray_of_receiver(receiver, is_local);
+    let ray = ray_of_receiver(receiver, receivers_uniform.is_local > 0.0);
     return meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
 }
 

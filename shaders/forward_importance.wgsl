@@ -39,7 +39,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let place = vec2<f32>(invocation.xy) + 0.5;
     let depth = z_from_stored(projection, stored.depth);
-    let q = projected_from_ray(ray_from_texel(projection, place - projection.centre), depth);
+    let q = projected_from_ray(projection, ray_from_texel(projection, place - projection.centre), depth);
     let point = vec4<f32>(q, 1.0);
     let z = dot(forward.camera_z, point);
     let pixel = vec2<f32>(dot(forward.camera_x, point), dot(forward.camera_y, point)) / z + forward.centre;

@@ -108,7 +108,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         if !is_rectilinear {
             id = select(id, ids[place], ((around.moved >> u32(place)) & 1u) != 0u);
         }
-        hit = hits(projection, id, ray_from_projected(receiver.q), depth - bias.rounding);
+        hit = hits(projection, id, ray_from_projected(projection, receiver.q), depth - bias.rounding);
     }
     return select(1.0, 0.0, hit);
 }
@@ -403,6 +403,6 @@ fn hits(projection: Projection, id: u32, ray: vec3<f32>, before: f32) -> bool {
         evaluate_edge(triangle.edge1, ray),
         evaluate_edge(triangle.edge2, ray),
     );
-    let depth = clamp(depth_on_plane(triangle.plane, ray), triangle.depths.x, triangle.depths.y);
+    let depth = clamp(depth_on_plane(projection, triangle.plane, ray), triangle.depths.x, triangle.depths.y);
     return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && depth < before;
 }

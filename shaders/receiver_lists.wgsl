@@ -60,7 +60,7 @@ fn is_settled(grid: LightGrid, receiver: Receiver, linear: vec2<f32>) -> bool {
     // A while loop that ends at once is skipped where an if is not.
     while is_candidate {
         is_candidate = false;
-        let ray = ray_of_receiver(receiver, is_local);
+        let ray = ray_of_receiver(receiver, receivers_uniform.is_local > 0.0);
         is_hit = meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
     }
     return is_hit;

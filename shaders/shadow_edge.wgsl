@@ -34,7 +34,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
         }
     }
     let centred = vec2<f32>(place) + 0.5 - projection.centre;
-    let point = projected_from_ray(ray_from_texel(projection, centred), middle);
+    let point = projected_from_ray(projection, ray_from_texel(projection, centred), middle);
     let edge = shadow_edge_uniform;
     let is_edge = jump > edge.constant_bias + edge.beam_bias * beam_growth(projection, point);
     shadow_edges[invocation.y * projection.size.x + invocation.x] = select(edge.floor, 1.0, is_edge);

@@ -2,10 +2,10 @@
 
 use crate::camera::Camera;
 use crate::fits::layer::Layer;
+use crate::fits::receivers::Setting;
 use crate::fits::uniform::fit_uniform;
 use crate::light::Light;
 use crate::projection::Projection;
-use crate::scene::Scene;
 use crate::warp::Warp;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -123,24 +123,20 @@ const STEP: f64 = 1e-3;
 
 /// Rosen's maximum effective resolution, (width, height): the size that a uniform map would need to match
 /// the smallest texel of this one (Rosen, "Rectilinear texture warping", 2012, section 6): over the
-/// casters' box for parallel rays, over a face of a cube around the light for others. The greatest of
-/// the layers; NaN where none is there.
-pub fn max_effective_resolution(
-    scene: &Scene,
-    camera: &Camera,
-    light: &Light,
-    layers: &[RenderedLayer],
-) -> DVec2 {
+/// casters' box for parallel rays and for a light far away, over a face of a cube around the light for others. The
+/// greatest of the layers; NaN where none is there.
+pub fn max_effective_resolution(setting: Setting, layers: &[RenderedLayer]) -> DVec2 {
     let resolutions = layers.iter().map(|layer| {
         let map = &layer.fitted.projection;
         let lengths = map.kind.smallest_texel(map);
         let resolution = match map.kind.face_width() {
             Some(width) => width / lengths,
             None => {
-                let direction = -light.vector_from_point(camera.eye);
-                // One texel: its steps are the sides of the box.
-                let uniform = fit_uniform(scene, camera.eye, direction, 1).steps();
-                DVec2::new(uniform.x_axis.length(), uniform.y_axis.length()) / lengths
+                // One texel is the box, as wide as at the other map's origin.
+                let uniform = fit_uniform(setting, 1);
+                let depth = uniform.projected_from_point(map.origin).z;
+                let width = 1.0 + uniform.kind.convergence() * depth;
+                uniform.kind.smallest_texel(&uniform) * width / lengths
             }
         };
         resolution * layer.warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)

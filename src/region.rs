@@ -36,6 +36,12 @@ impl Region {
             .all(|half| half.normal.dot(point - half.origin) >= 0.0)
     }
 
+    /// The greatest distance of its half-spaces' origins from a point.
+    pub fn farthest_origin(&self, point: DVec3) -> f64 {
+        let distances = self.0.iter().map(|half| half.origin.distance(point));
+        distances.fold(0.0, f64::max)
+    }
+
     /// Planes for the shaders, (normal, offset) relative to the eye. Each is moved out by `slack`: a
     /// point at the border that rounding would put into no region is in both.
     pub fn planes(&self, eye: DVec3, slack: f64) -> [[f32; 4]; MAX_HALF_SPACES] {

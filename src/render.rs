@@ -4,6 +4,7 @@ use crate::aliasing::{self, RenderedLayer};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
+use crate::fits::receivers::Setting;
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
@@ -130,8 +131,13 @@ impl Rendered {
             self.largest_aliasing_error = asks(Output::LargestAliasingError)
                 .map(|()| aliasing::largest_aliasing_error(camera, layers, &depths));
         }
+        let setting = Setting {
+            scene,
+            camera,
+            light,
+        };
         self.max_effective_resolution = asks(Output::MaxEffectiveResolution)
-            .map(|()| aliasing::max_effective_resolution(scene, camera, light, layers));
+            .map(|()| aliasing::max_effective_resolution(setting, layers));
     }
 }
 

@@ -37,7 +37,7 @@ fn caster_from_corners(projection: Projection, id: u32, corners: Corners) -> Cas
 }
 
 // Where a ray meets the caster: its values of the edges are barycentric coordinates.
-fn depth_of_caster(caster: Caster, ray: vec3<f32>) -> f32 {
+fn depth_of_caster(projection: Projection, caster: Caster, ray: vec3<f32>) -> f32 {
     let e = edges_at(caster.triangle, ray);
     return dot(e, caster.depths_over_w) / dot(e, caster.ones_over_w);
 }

@@ -19,9 +19,9 @@ fn caster_from_corners(projection: Projection, id: u32, corners: Corners) -> Cas
 }
 
 // Where a ray meets the caster.
-fn depth_of_caster(caster: Caster, ray: vec3<f32>) -> f32 {
+fn depth_of_caster(projection: Projection, caster: Caster, ray: vec3<f32>) -> f32 {
     let triangle = caster.triangle;
-    return clamp(depth_on_plane(triangle.plane, ray), triangle.depths.x, triangle.depths.y);
+    return clamp(depth_on_plane(projection, triangle.plane, ray), triangle.depths.x, triangle.depths.y);
 }
 
 fn triangle_of_caster(id: u32) -> u32 {

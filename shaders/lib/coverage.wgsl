@@ -161,7 +161,7 @@ fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
 
 // Draws a texel that the caster covers, where its ray meets it in the range of depths.
 fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
-    let z = clamp_to_nearest(depth_of_caster(caster, ray), projection.z_min);
+    let z = clamp_to_nearest(depth_of_caster(projection, caster, ray), projection.z_min);
     if z >= projection.z_min && z <= projection.z_max {
         store_texel(u32(texel.y) * projection.size.x + u32(texel.x), stored_depth(projection, z), id);
     }

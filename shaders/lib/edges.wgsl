@@ -51,10 +51,10 @@ fn triangle_from_corners(projection: Projection, id: u32, corners: Corners) -> T
     // Not from the turned corners: those of a huge floor are rounded by more than its height.
     let height = dot(normal, corners.nearest);
     return triangle_from_homogeneous(
-        homogeneous_from_projected(a),
-        homogeneous_from_projected(b),
-        homogeneous_from_projected(c),
-        depth_plane(projected_from_normal(projection, normal), a, height),
+        homogeneous_from_projected(projection, a),
+        homogeneous_from_projected(projection, b),
+        homogeneous_from_projected(projection, c),
+        depth_plane(projection, projected_from_normal(projection, normal), a, height),
         depths_of_triangle(a, b, c),
     );
 }

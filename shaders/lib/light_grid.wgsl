@@ -11,7 +11,7 @@ struct LightGrid {
     z_near: f32,                // casters are cut there, where they are not at the light, world units
     z_axis: vec3<f32>,
     size: u32,                  // texels along each side
-    light: vec3<f32>,           // of a local light, in grid space
+    light: vec3<f32>,           // of a local light, in grid space; of one far away, see `slope_of_ray`
     tiles: u32,                 // along each side
     // Texels from grid space, or from slopes where the light is local.
     scale: vec2<f32>,
@@ -29,8 +29,9 @@ struct LightGrid {
 
 @group(0) @binding(0) var<uniform> light_grid_uniform: LightGrid;
 
-// Whether the light is at a point.
+// Whether the light is at a point, and whether at one so far away that rays are nearly parallel.
 override is_local: bool = false;
+override is_far_away: bool = false;
 
 // Texels along the side of a tile.
 const GRID_TILE_SHIFT: u32 = 4u;
@@ -39,10 +40,25 @@ fn grid_from_offset(grid: LightGrid, p: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(grid.x_axis, p), dot(grid.y_axis, p), dot(grid.z_axis, p));
 }
 
+// How far the ray through a point goes aside per unit towards the light. Of a light far away, x and y are that of the
+// ray through the eye, and z is one over how far the light is from the eye.
+fn slope_of_ray(grid: LightGrid, q: vec3<f32>) -> vec2<f32> {
+    if is_local {
+        return (grid.light.xy - q.xy) / (grid.light.z - q.z);
+    }
+    if is_far_away {
+        return (grid.light.xy - grid.light.z * q.xy) / (1.0 - grid.light.z * q.z);
+    }
+    return vec2<f32>(0.0);
+}
+
 // Before the warp, in texels.
 fn linear_from_grid(grid: LightGrid, q: vec3<f32>) -> vec2<f32> {
     if is_local {
         return (q.xy - grid.light.xy) / (grid.light.z - q.z) * grid.scale + grid.offset;
+    }
+    if is_far_away {
+        return (q.xy - grid.light.xy * q.z) / (1.0 - grid.light.z * q.z) * grid.scale + grid.offset;
     }
     return q.xy * grid.scale + grid.offset;
 }

@@ -22,7 +22,8 @@ struct Projection {
     centre: vec2<f32>,
     size: vec2<u32>,            // width, height in texels
     scale: vec2<f32>,           // texels per unit of a paraboloid's plane
-    padding: vec2<u32>,
+    convergence: f32,           // of rays that are nearly parallel: one over how far before the origin they meet
+    padding: u32,
     // World vectors of a unit step along each axis of projection space.
     step_x: vec4<f32>,
     step_y: vec4<f32>,
@@ -31,6 +32,9 @@ struct Projection {
     texel_from_place: array<vec4<f32>, 3>,
     place_from_texel: array<vec4<f32>, 3>,
 }
+
+// Whether the convergence may be above zero. Pipelines of parallel rays are spared it.
+override converges: bool = true;
 
 // Farther than any depth.
 const FAR: f32 = 3e38;

@@ -1,17 +1,60 @@
-// Parallel rays whose texels a homography moves: the light matrices of perspective, light space
-// perspective, plane optimal and scene optimized shadow maps. With H the homography,
+// Rays that are parallel or nearly so, whose texels a homography moves: the light matrices of perspective, light
+// space perspective, plane optimal and scene optimized shadow maps, and every map of a light that is far away. With H
+// the homography and k the convergence, one over how far before the origin the rays meet,
 //
-//   homogeneous texel = H (q.x, q.y, 1)        depth = q.z
+//   homogeneous texel = H (q.x, q.y, 1 + k q.z)        depth = q.z
 //
-// The horizon is the line whose last coordinate, w, is zero; nothing behind it is in the map.
+// The place of a ray is where it crosses the plane q.z = 0. The horizon is the line of places whose last coordinate,
+// w, is zero; nothing behind it is in the map. The rays meet farther away than anything is from the origin, so
+// that 1 + k q.z is near to one: what float32 knows of a depth does not shrink with the light's distance.
 #import lib/parallel_rays
+
+// How wide the rays of a bundle are at a depth, against where they cross the plane of places.
+fn width_at(projection: Projection, depth: f32) -> f32 {
+    if converges {
+        return fma(projection.convergence, depth, 1.0);
+    }
+    return 1.0;
+}
+
+fn place_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
+    return q.xy / width_at(projection, q.z);
+}
+
+fn homogeneous_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy, width_at(projection, q.z));
+}
+
+fn projected_from_ray(projection: Projection, ray: vec3<f32>, depth: f32) -> vec3<f32> {
+    return vec3<f32>(ray.xy * width_at(projection, depth), depth);
+}
+
+fn ray_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(place_from_projected(projection, q), 1.0);
+}
+
+// The slope of the plane against the axis and its depth there: what is over a plane's height would not be precise on
+// a steep one.
+fn depth_plane(projection: Projection, normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
+    let slope = -normal.xy / normal.z;
+    return vec3<f32>(slope, q.z - dot(slope, q.xy));
+}
+
+// A quotient of linear functions of the place, as the ray at a place leaves the axis.
+fn depth_on_plane(projection: Projection, plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+    let depth = fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
+    if converges {
+        return depth / (1.0 - projection.convergence * dot(plane.xy, ray.xy));
+    }
+    return depth;
+}
 
 fn times(rows: array<vec4<f32>, 3>, v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
 }
 
 fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
-    let texel = times(projection.texel_from_place, vec3<f32>(q.xy, 1.0));
+    let texel = homogeneous_texel(projection, q);
     // What is behind the horizon is far outside of every map.
     return select(vec2<f32>(1e8), texel.xy / texel.z, texel.z > 0.0);
 }
@@ -22,62 +65,87 @@ fn ray_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32> {
     return ray / abs(ray.z);
 }
 
+// The product of a plane's normal (a covector of projection space) with the direction of the ray through a place.
+fn steepness_at(projection: Projection, normal: vec3<f32>, place: vec2<f32>) -> f32 {
+    if converges {
+        return fma(projection.convergence, dot(normal.xy, place), normal.z);
+    }
+    return normal.z;
+}
+
 // Least and greatest depth of a plane in a box of centred texels, rounding included. Along any line before the
-// horizon depth grows or falls all the way, so the extremes are at corners.
+// horizon depth grows or falls all the way, so the extremes are at corners. A plane that most nearly holds the rays is
+// given no bound.
 fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2<f32>, reach: vec2<f32>) -> vec2<f32> {
     let x = middle.x + reach.x * vec4<f32>(-1.0, 1.0, -1.0, 1.0);
     let y = middle.y + reach.y * vec4<f32>(-1.0, -1.0, 1.0, 1.0);
     let rows = projection.place_from_texel;
-    let line = plane.x * rows[0] + plane.y * rows[1] + plane.z * rows[2];
+    let across = plane.x * rows[0] + plane.y * rows[1];
+    let line = across + plane.z * rows[2];
     let sizes = abs(plane.x * rows[0]) + abs(plane.y * rows[1]) + abs(plane.z * rows[2]);
     let w = rows[2].x * x + rows[2].y * y + rows[2].z;
-    let rounding = 2.0 * FUNCTION_ROUNDING * (sizes.x * abs(x) + sizes.y * abs(y) + sizes.z);
-    let low = (line.x * x + line.y * y + line.z - rounding) / w;
-    let high = (line.x * x + line.y * y + line.z + rounding) / w;
-    let is_before_horizon = all(w > vec4<f32>(0.0));
+    var left = w;
+    if converges {
+        left -= projection.convergence * (across.x * x + across.y * y + across.z);
+    }
+    let rounding = select(2.0, 4.0, converges) * FUNCTION_ROUNDING * (sizes.x * abs(x) + sizes.y * abs(y) + sizes.z);
+    let low = (line.x * x + line.y * y + line.z - rounding) / left;
+    let high = (line.x * x + line.y * y + line.z + rounding) / left;
+    let is_before_horizon = all(w > vec4<f32>(0.0)) && all(left > 0.5 * w);
     return vec2<f32>(
         select(-FAR, min(min(low.x, low.y), min(low.z, low.w)), is_before_horizon),
         select(FAR, max(max(high.x, high.y), max(high.z, high.w)), is_before_horizon),
     );
 }
 
-// How the place of a ray moves as its texel does by a step: the quotient's difference, in which
-// nothing cancels.
-fn place_step(projection: Projection, q: vec3<f32>, step: vec2<f32>) -> vec2<f32> {
-    let w = dot(projection.texel_from_place[2].xyz, vec3<f32>(q.xy, 1.0));
+// How a place moves as its texel does by a step: the quotient's difference, in which nothing cancels.
+fn place_step(projection: Projection, place: vec2<f32>, step: vec2<f32>) -> vec2<f32> {
+    let w = dot(projection.texel_from_place[2].xyz, vec3<f32>(place, 1.0));
     let x = dot(projection.place_from_texel[0].xy, step);
     let y = dot(projection.place_from_texel[1].xy, step);
     let z = dot(projection.place_from_texel[2].xy, step);
     // A neighbour near the horizon is taken for a nearer one.
-    return w * (vec2<f32>(x, y) - q.xy * z) / max(1.0 + w * z, 0.1);
+    return w * (vec2<f32>(x, y) - place * z) / max(1.0 + w * z, 0.1);
 }
 
-// How the place of a ray moves per texel along an axis: the columns of the derivative.
-fn place_slopes(projection: Projection, q: vec3<f32>) -> mat2x2<f32> {
-    let w = dot(projection.texel_from_place[2].xyz, vec3<f32>(q.xy, 1.0));
+// How a place moves per texel along an axis: the columns of the derivative.
+fn place_slopes(projection: Projection, place: vec2<f32>) -> mat2x2<f32> {
+    let w = dot(projection.texel_from_place[2].xyz, vec3<f32>(place, 1.0));
     let x = projection.place_from_texel[0];
     let y = projection.place_from_texel[1];
     let z = projection.place_from_texel[2];
     return mat2x2<f32>(
-        w * (vec2<f32>(x.x, y.x) - q.xy * z.x),
-        w * (vec2<f32>(x.y, y.y) - q.xy * z.y),
+        w * (vec2<f32>(x.x, y.x) - place * z.x),
+        w * (vec2<f32>(x.y, y.y) - place * z.y),
     );
 }
 
 // Depth per texel of the plane through a point.
 fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
-    return -normal.xy / normal.z * place_slopes(projection, q);
+    let place = place_from_projected(projection, q);
+    let slope = -normal.xy / steepness_at(projection, normal, place);
+    return width_at(projection, q.z) * slope * place_slopes(projection, place);
 }
 
 // Depth of the plane through a point where a ray `step` texels away meets it.
 fn depth_of_neighbour(projection: Projection, normal: vec3<f32>, q: vec3<f32>, step: vec2<f32>, most: f32) -> f32 {
-    return q.z + dot(-normal.xy / normal.z, place_step(projection, q, step));
+    let place = place_from_projected(projection, q);
+    let moved = place_step(projection, place, step);
+    let own = steepness_at(projection, normal, place);
+    var steepness = own;
+    if converges {
+        let there = fma(projection.convergence, dot(normal.xy, moved), own);
+        // A neighbour whose ray runs along the plane, or away from it, is taken for one that meets it.
+        let least = 0.1 * abs(own);
+        steepness = select(max(there, least), min(there, -least), own < 0.0);
+    }
+    return q.z + width_at(projection, q.z) * dot(-normal.xy / steepness, moved);
 }
 
 // The width of a texel's beam at a point.
 fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
-    let slopes = place_slopes(projection, q);
-    return max(length(slopes[0]), length(slopes[1]));
+    let slopes = place_slopes(projection, place_from_projected(projection, q));
+    return width_at(projection, q.z) * max(length(slopes[0]), length(slopes[1]));
 }
 
 fn grown_by_corner(projection: Projection, extent: Extent, texel: vec3<f32>) -> Extent {
@@ -101,9 +169,9 @@ fn grown_by_crossing(projection: Projection, extent: Extent, a: vec3<f32>, b: ve
 }
 
 fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Extent {
-    let ta = times(projection.texel_from_place, vec3<f32>(a.xy, 1.0));
-    let tb = times(projection.texel_from_place, vec3<f32>(b.xy, 1.0));
-    let tc = times(projection.texel_from_place, vec3<f32>(c.xy, 1.0));
+    let ta = homogeneous_texel(projection, a);
+    let tb = homogeneous_texel(projection, b);
+    let tc = homogeneous_texel(projection, c);
     var extent = Extent(vec2<f32>(3.0e38), vec2<f32>(-3.0e38));
     extent = grown_by_corner(projection, extent, ta);
     extent = grown_by_corner(projection, extent, tb);
@@ -132,7 +200,7 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
 // Centred texel times w, and w: what depths are divided by before they are interpolated along lines of
 // the map.
 fn homogeneous_texel(projection: Projection, q: vec3<f32>) -> vec3<f32> {
-    return times(projection.texel_from_place, vec3<f32>(q.xy, 1.0));
+    return times(projection.texel_from_place, homogeneous_from_projected(projection, q));
 }
 
 // Positive in the half of space that corners can be taken from to the map: before the horizon.

@@ -10,7 +10,7 @@
 // of the texels, so that a triangle needs no tessellation, however large it is.
 #import lib/projection
 
-fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
+fn homogeneous_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
     return q;
 }
 
@@ -27,7 +27,7 @@ fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f3
     return plane_from_projected(q) * projection.scale;
 }
 
-fn projected_from_ray(ray: vec3<f32>, depth: f32) -> vec3<f32> {
+fn projected_from_ray(projection: Projection, ray: vec3<f32>, depth: f32) -> vec3<f32> {
     return ray * depth;
 }
 
@@ -35,7 +35,7 @@ fn depth_from_projected(q: vec3<f32>) -> f32 {
     return length(q);
 }
 
-fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
+fn ray_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
     return normalize(q);
 }
 
@@ -51,11 +51,11 @@ fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32>
 }
 
 // One over the distance along a ray to a plane is linear in the ray.
-fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
+fn depth_plane(projection: Projection, normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
     return normal / height;
 }
 
-fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+fn depth_on_plane(projection: Projection, plane: vec3<f32>, ray: vec3<f32>) -> f32 {
     return 1.0 / dot(plane, ray);
 }
 

@@ -1,6 +1,30 @@
 // Parallel rays: a directional light. Texel = (q.x, q.y), depth = q.z.
 #import lib/parallel_rays
 
+// The edges and the rays of a parallel projection live in the plane q.z = 1.
+fn homogeneous_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy, 1.0);
+}
+
+fn projected_from_ray(projection: Projection, ray: vec3<f32>, depth: f32) -> vec3<f32> {
+    return vec3<f32>(ray.xy, depth);
+}
+
+fn ray_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(q.xy, 1.0);
+}
+
+// Depth is linear in the texel: the coefficients of the plane with a normal (a covector of projection
+// space) through a point. On a steep plane that is more precise than the plane's height.
+fn depth_plane(projection: Projection, normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
+    let slope = -normal.xy / normal.z;
+    return vec3<f32>(slope, q.z - dot(slope, q.xy));
+}
+
+fn depth_on_plane(projection: Projection, plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
+}
+
 fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f32> {
     return q.xy;
 }

@@ -2,7 +2,7 @@
 // Texel = q.xy / q.z, depth = q.z.
 #import lib/projection
 
-fn homogeneous_from_projected(q: vec3<f32>) -> vec3<f32> {
+fn homogeneous_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
     return q;
 }
 
@@ -10,7 +10,7 @@ fn centred_texel_from_projected(projection: Projection, q: vec3<f32>) -> vec2<f3
     return q.xy / q.z;
 }
 
-fn projected_from_ray(ray: vec3<f32>, depth: f32) -> vec3<f32> {
+fn projected_from_ray(projection: Projection, ray: vec3<f32>, depth: f32) -> vec3<f32> {
     return ray * depth;
 }
 
@@ -18,7 +18,7 @@ fn depth_from_projected(q: vec3<f32>) -> f32 {
     return q.z;
 }
 
-fn ray_from_projected(q: vec3<f32>) -> vec3<f32> {
+fn ray_from_projected(projection: Projection, q: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(q.xy / q.z, 1.0);
 }
 
@@ -33,11 +33,11 @@ fn direction_from_texel(projection: Projection, centred: vec2<f32>) -> vec3<f32>
 
 // One over depth is linear in the texel: the coefficients of the plane with a normal (a covector of
 // projection space) through a point, at a height: the normal's product with any point of the plane.
-fn depth_plane(normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
+fn depth_plane(projection: Projection, normal: vec3<f32>, q: vec3<f32>, height: f32) -> vec3<f32> {
     return normal / height;
 }
 
-fn depth_on_plane(plane: vec3<f32>, ray: vec3<f32>) -> f32 {
+fn depth_on_plane(projection: Projection, plane: vec3<f32>, ray: vec3<f32>) -> f32 {
     return 1.0 / fma(plane.x, ray.x, fma(plane.y, ray.y, plane.z));
 }
 

@@ -2,10 +2,11 @@
 
 use super::central::{cone_layer, cube_faces, fit_box, fit_square};
 use super::layer::Layer;
-use super::parallel::{self, axes_at, projected_box};
+use super::parallel::{self, projected_box};
 use super::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
-use super::rotation::{parallel_off_edges, turned};
+use super::rotation::turned;
 use super::snapping::snapped;
+use super::source::Source;
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
 use crate::projection::Projection;
@@ -46,8 +47,8 @@ pub enum Turn {
     PrincipalAxes,
 }
 
-/// The light's own layers over the boxes of their receivers: one map for parallel rays or a cone, faces of a cube for
-/// a point. A layer without receivers is left out.
+/// The light's own layers over the boxes of their receivers: one map for parallel rays, a light far away or a cone,
+/// faces of a cube for a point. A layer without receivers is left out.
 pub fn fit_boxes(
     receivers: &mut dyn ReceiverQueries<'_>,
     turn: Turn,
@@ -82,29 +83,35 @@ pub fn fit_straight_boxes(
     let are_straight = own
         .iter()
         .all(|layer| layer.projection.kind.has_straight_edges());
-    let layers = match setting.light.position() {
+    let layers = match setting.near_position() {
         Some(position) if !are_straight => cube_faces(position, setting.scene.bounds()),
         _ => own,
     };
     cut_layers(receivers, layers, Cut::Receivers, resolution)
 }
 
-/// The light's own layers, given by their axes: one for parallel rays or a cone, faces of a cube for a
-/// point.
+/// The light's own layers, given by their axes: one for parallel rays, a light far away or a cone, faces of a
+/// cube for a point.
 pub fn layers_of_light(setting: Setting) -> Vec<Layer> {
     let scene = setting.scene.bounds();
-    match (setting.light.position(), setting.light.cone()) {
-        (None, _) => vec![parallel_layer(setting)],
-        (Some(position), Some(cone)) => vec![cone_layer(position, cone, scene)],
-        (Some(position), None) => cube_faces(position, scene),
-    }
+    layers_around(setting, |position| match setting.light.cone() {
+        Some(cone) => vec![cone_layer(position, cone, scene)],
+        None => cube_faces(position, scene),
+    })
 }
 
-/// Axes of parallel rays. Around the eye float32 resolves what the camera sees best.
+/// The layers around a light's position; of a light far away, for which one holds all that it lights, that one.
+pub fn layers_around(
+    setting: Setting,
+    layers: impl FnOnce(DVec3) -> Vec<Layer>,
+) -> Vec<Layer> {
+    let far_away = || vec![parallel_layer(setting)];
+    setting.near_position().map_or_else(far_away, layers)
+}
+
+/// One layer of rays that do not start nearby.
 pub fn parallel_layer(setting: Setting) -> Layer {
-    let eye = setting.camera.eye;
-    let axes = axes_at(eye, -setting.light.vector_from_point(eye));
-    Layer::everywhere(parallel_off_edges(setting.scene, axes))
+    Layer::everywhere(setting.axes_off_edges())
 }
 
 /// Each layer, given by its axes, as a map; those without receivers are left out.
@@ -166,8 +173,13 @@ fn parallel_box(
     let rounding = ROUNDING * farthest;
     let (mut low, mut high) = (low - rounding, high + rounding);
     if cut == Cut::Snapped {
-        // From the world's origin: the axes' own moves with the eye.
-        let origin = DVec2::new(axes.x_axis.dot(axes.origin), axes.y_axis.dot(axes.origin));
+        // From a point that holds still: the axes' own origin moves with the eye. The world's origin may be beyond a
+        // light far away.
+        let still = match setting.source() {
+            Source::FarAway { .. } => setting.middle(),
+            Source::AtInfinity { .. } | Source::Near { .. } => DVec3::ZERO,
+        };
+        let origin = -axes.texel_from_point(still).truncate();
         let place = |corner: DVec3| corner.truncate() + origin;
         let sides = snapped((place(low), place(high)), resolution);
         low = (sides.0 - origin).extend(low.z);

@@ -48,7 +48,7 @@ const MAX_TRIALS: usize = 80_000;
 /// Turns of the square around a cone that are tried.
 const SQUARES: u32 = 32;
 
-/// One paraboloid, or two where the light is among the receivers; parallel rays are a paraboloid's limit
+/// One paraboloid, or two where the light is among the receivers; the rays of a light far away are a paraboloid's limit
 /// at infinity (Fig. 7).
 pub fn fit_improved_paraboloid(
     receivers: &mut dyn ReceiverQueries<'_>,
@@ -56,7 +56,7 @@ pub fn fit_improved_paraboloid(
     resolution: u32,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
-    match (setting.light.position(), zoom) {
+    match (setting.near_position(), zoom) {
         (Some(light), Zoom::Frustum) => fit_frustum(receivers, light, resolution),
         (Some(light), Zoom::Cone | Zoom::Receivers) => {
             fit_receivers(receivers, light, zoom, resolution)
@@ -304,15 +304,11 @@ fn fit_distant_frustum(
     let Some(depths) = depth_range(receivers)? else {
         return Ok(vec![]);
     };
-    let Setting {
-        scene,
-        camera,
-        light,
-    } = receivers.setting();
-    let direction = -light.vector_from_point(camera.eye);
-    let axes = axes_at(camera.eye, direction);
+    let setting = receivers.setting();
+    let Setting { scene, camera, .. } = setting;
+    let axes = setting.axes();
     let border_points = frustum_corners(camera, depths);
-    let points = border_points.map(|point| axes.projected_from_point(point));
+    let points = border_points.map(|point| axes.texel_from_point(point));
     let middle = points.into_iter().sum::<DVec3>() / 8.0;
     let distances = points.map(|point| point.truncate().distance(middle.truncate()));
     let radius = distances.into_iter().fold(0.0, f64::max);

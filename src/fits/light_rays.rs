@@ -31,6 +31,22 @@ impl RayBundle {
         }
     }
 
+    /// The same of rays that meet before the origin, one over the convergence away: b = (x, y, 1 + convergence z), z
+    /// along the direction.
+    pub fn with_convergence(self, convergence: f64) -> Self {
+        let direction = self.light.truncate();
+        let [x, y] = [self.axes.row(0), self.axes.row(1)];
+        let towards_light = self.origin * convergence - direction;
+        Self {
+            axes: DMat3::from_cols(x, y, direction * convergence).transpose(),
+            light: match convergence == 0.0 {
+                true => self.light,
+                false => towards_light.extend(convergence),
+            },
+            ..self
+        }
+    }
+
     /// Rays from `position`: b is the vector from there, in axes of which the last is `z_axis`.
     pub fn central(position: DVec3, x_axis: DVec3, z_axis: DVec3) -> Self {
         let y_axis = z_axis.cross(x_axis);
@@ -58,7 +74,7 @@ impl RayBundle {
             let vectors = self.axes.inverse();
             return [vectors.x_axis, vectors.y_axis, vectors.z_axis].map(|v| v.extend(0.0));
         }
-        // The axes are orthogonal, as long as one over the radius.
+        // The first two axes are orthogonal, as long as one over the radius, and span the plane of the rays' places.
         let rows = self.axes.transpose();
         let step = |row: DVec3| (row / row.length_squared()).extend(0.0);
         [

@@ -5,7 +5,7 @@ use super::central::{axes_for_scene, cube_faces};
 use super::hull::MapSize;
 use super::layer::Layer;
 use super::light_matrix::LightMatrix;
-use super::parallel::{axes_at, projected_box};
+use super::parallel::projected_box;
 use super::receivers::{ReceiverQueries, Setting};
 use super::samples::SampledReceivers;
 use super::subject::Subject;
@@ -53,7 +53,7 @@ impl Part {
     }
 }
 
-/// The parts of some of the samples, one map each: one part for parallel rays and for a light that has
+/// The parts of some of the samples, one map each: one part for parallel rays, for a light far away and for one that has
 /// all in front of it, else those faces of a cube around it that hold any.
 pub fn parts_of_receivers(
     receivers: &mut dyn ReceiverQueries<'_>,
@@ -62,7 +62,7 @@ pub fn parts_of_receivers(
 ) -> Vec<Part> {
     let setting = receivers.setting();
     let points_of = |chosen: &[usize]| chosen.iter().map(|&i| samples.points[i]).collect();
-    if let Some(subject) = Subject::new(setting.light, points_of(&chosen)) {
+    if let Some(subject) = Subject::new(setting.source(), points_of(&chosen)) {
         return vec![Part::everywhere(subject, chosen)];
     }
     let mut parts = Vec::new();
@@ -83,7 +83,7 @@ pub fn parts_of_receivers(
 
 fn parts_of_frustum(setting: Setting) -> Vec<Part> {
     let corners = visible_part(setting.camera, setting.scene.bounds());
-    if let Some(subject) = Subject::new(setting.light, corners) {
+    if let Some(subject) = Subject::new(setting.source(), corners) {
         return vec![Part::everywhere(subject, vec![])];
     }
     // Each face as it is.
@@ -115,7 +115,7 @@ pub fn still_layers(receivers: &mut dyn ReceiverQueries<'_>, target: Target) -> 
             Some(facing.map(|i| samples.points[i]).collect::<Vec<_>>())
         }
         // The frustum may cross a layer around a light and have no corner in it.
-        Extent::Frustum if setting.light.position().is_some() => None,
+        Extent::Frustum if setting.near_position().is_some() => None,
         Extent::Frustum => Some(visible_part(setting.camera, setting.scene.bounds())),
     };
     let corners = |layer: &Layer| {
@@ -147,7 +147,7 @@ pub fn still_layers(receivers: &mut dyn ReceiverQueries<'_>, target: Target) -> 
 }
 
 fn faces(setting: Setting) -> Vec<Layer> {
-    let position = setting.light.position();
+    let position = setting.near_position();
     position.map_or_else(Vec::new, |position| {
         cube_faces(position, setting.scene.bounds())
     })
@@ -163,7 +163,7 @@ pub fn projection(
     let rows = subject.rays.world_rows(matrix.rows());
     let bounds = setting.scene.bounds();
     let centre = DVec2::splat(0.5 * f64::from(resolution));
-    if let Some(position) = setting.light.position() {
+    if let Some(position) = setting.near_position() {
         // The optical axis is the third axis, and the rest is in the other two.
         let [x_axis, y_axis, z_axis] = rows.map(DVec4::truncate);
         let length = z_axis.length();
@@ -177,14 +177,14 @@ pub fn projection(
             ..axes_for_scene(Perspective, position, z_axis / length, bounds)
         };
     }
-    let direction = subject.rays.light.truncate();
-    // Around the eye float32 resolves what the camera sees best.
-    let axes = axes_at(setting.camera.eye, direction);
-    let columns = [axes.x_axis, axes.y_axis]
-        .map(|axis| DVec3::from(rows.map(|row| row.truncate().dot(axis))));
+    let axes = setting.axes();
+    let steps = axes.steps();
+    // Rows that vanish at the light follow from what they are at the origin and across the rays.
+    let columns = [steps.x_axis, steps.y_axis]
+        .map(|step| DVec3::from(rows.map(|row| row.truncate().dot(step))));
     let constant = DVec3::from(rows.map(|row| row.dot(axes.origin.extend(1.0))));
     let homography = DMat3::from_cols(columns[0], columns[1], constant);
-    let across = |point: &DVec3| axes.projected_from_point(*point).truncate();
+    let across = |point: &DVec3| axes.texel_from_point(*point).truncate();
     let reach = subject.points.iter().map(|point| across(point).length());
     let reach = reach.fold(0.0, f64::max);
     // One on the rays of the middle of the points.
@@ -193,7 +193,9 @@ pub fn projection(
     let (low, high) = projected_box(&axes, bounds);
     let rounding = BOX_ROUNDING * (low.abs().max(high.abs())).length();
     Projection {
-        kind: Homography::new(homography * (1.0 / w), reach).into(),
+        kind: Homography::new(homography * (1.0 / w), reach)
+            .with_convergence(axes.kind.convergence())
+            .into(),
         centre,
         width: resolution,
         height: resolution,
@@ -251,7 +253,7 @@ mod tests {
     use crate::fits::lispsm::light_space_perspective;
     use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
     use crate::fits::psm::perspective;
-    use crate::light::Light;
+    use crate::fits::source::Source;
     use glam::DMat4;
     use std::f64::consts::FRAC_PI_6;
 
@@ -272,16 +274,20 @@ mod tests {
             .collect()
     }
 
-    fn lights() -> Vec<Light> {
+    fn lights() -> Vec<Source> {
         let mut lights = Vec::new();
         for height in [-0.1, -0.5, -1.0, -4.0] {
             for turn in 0..12 {
                 let (sin, cos) = (0.1 + f64::from(turn) * FRAC_PI_6).sin_cos();
-                lights.push(Light::directional(DVec3::new(sin, height, cos)).unwrap());
+                let direction = DVec3::new(sin, height, cos).normalize();
+                lights.push(Source::AtInfinity { direction });
+                let position = direction * -1e3;
+                lights.push(Source::FarAway { position });
             }
         }
         // So high that it has all of the floor in front.
-        lights.push(Light::point(DVec3::new(5.0, 80.0, -20.0)).unwrap());
+        let position = DVec3::new(5.0, 80.0, -20.0);
+        lights.push(Source::Near { position });
         lights
     }
 
@@ -298,7 +304,7 @@ mod tests {
         let body = visible_part(&camera, (DVec3::splat(-50.0), DVec3::splat(50.0)));
         for light in lights() {
             for points in [floor(&camera), body.clone()] {
-                let Some(subject) = Subject::new(&light, points) else {
+                let Some(subject) = Subject::new(light, points) else {
                     continue;
                 };
                 let fits = [
@@ -322,7 +328,7 @@ mod tests {
         let camera = camera();
         let mut sums = [0.0; 3];
         for light in lights() {
-            let subject = Subject::new(&light, floor(&camera)).unwrap();
+            let subject = Subject::new(light, floor(&camera)).unwrap();
             let samples = samples(&subject, &camera);
             let fits = [
                 subject.focused(SIZE),
@@ -343,7 +349,7 @@ mod tests {
     fn texels_of_the_optimal_plane_are_pixels() {
         let camera = camera();
         for light in lights() {
-            let subject = Subject::new(&light, floor(&camera)).unwrap();
+            let subject = Subject::new(light, floor(&camera)).unwrap();
             let normals = vec![DVec3::Y; subject.points.len()];
             let plane = dominant_plane(&subject.points, &normals).unwrap();
             let matrix = plane_optimal(&subject, &camera, plane, Extent::Receivers, SIZE).unwrap();
@@ -375,16 +381,15 @@ mod tests {
 
     #[test]
     fn degenerate_subjects_have_no_fit() {
-        let directional = Light::directional(DVec3::NEG_Y).unwrap();
-        assert_eq!(Subject::new(&directional, vec![]), None);
-        let point = Light::point(DVec3::ZERO).unwrap();
-        assert_eq!(Subject::new(&point, vec![DVec3::X, DVec3::NEG_X]), None);
+        let along = |direction| Source::AtInfinity { direction };
+        assert_eq!(Subject::new(along(DVec3::NEG_Y), vec![]), None);
+        let position = DVec3::ZERO;
+        let around = Subject::new(Source::Near { position }, vec![DVec3::X, DVec3::NEG_X]);
+        assert_eq!(around, None);
         let camera = camera();
-        let along = Light::directional(camera.forward).unwrap();
-        let subject = Subject::new(&along, floor(&camera)).unwrap();
+        let subject = Subject::new(along(camera.forward), floor(&camera)).unwrap();
         assert_eq!(light_space_perspective(&subject, &camera, SIZE), None);
-        let grazing = Light::directional(DVec3::X).unwrap();
-        let subject = Subject::new(&grazing, floor(&camera)).unwrap();
+        let subject = Subject::new(along(DVec3::X), floor(&camera)).unwrap();
         assert_eq!(
             plane_optimal(&subject, &camera, DVec4::Y, Extent::Frustum, SIZE),
             None

@@ -22,5 +22,6 @@ pub mod rotation;
 pub mod samples;
 pub mod scene_optimized;
 pub mod snapping;
+pub mod source;
 pub mod subject;
 pub mod uniform;

@@ -1,8 +1,8 @@
-//! Fits of parallel projections, for directional lights.
+//! Fits of parallel projections, for directional lights, and of those that nearly are, for lights far away.
 
 use crate::geometry::bounds_of;
-use crate::projection::{Parallel, Projection};
-use glam::{DVec2, DVec3};
+use crate::projection::{Homography, Parallel, Projection};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Axes without a size: projection space in world units around `origin`, y down. The world's Y is up in the map, Z where
 /// the light looks along Y.
@@ -28,11 +28,11 @@ pub fn axes_at(origin: DVec3, direction: DVec3) -> Projection {
     }
 }
 
-/// Least and greatest corner, in the projection space of `axes`, of a box of the world.
+/// Least and greatest corner, in the plane of `axes` and in depth, of a box of the world.
 pub fn projected_box(axes: &Projection, (low, high): (DVec3, DVec3)) -> (DVec3, DVec3) {
     let corners = (0..8).map(|i| {
         let pick = |bit: i32, low: f64, high: f64| if i & bit == 0 { low } else { high };
-        axes.projected_from_point(DVec3::new(
+        axes.texel_from_point(DVec3::new(
             pick(1, low.x, high.x),
             pick(2, low.y, high.y),
             pick(4, low.z, high.z),
@@ -41,9 +41,27 @@ pub fn projected_box(axes: &Projection, (low, high): (DVec3, DVec3)) -> (DVec3, 
     bounds_of(corners)
 }
 
+/// Axes of rays that are nearly parallel, around another origin: places in their plane change by a constant. No receiver is farther than `reach`
+/// from there across the rays.
+pub fn moved(axes: &Projection, reach: f64, origin: DVec3) -> Projection {
+    let to_origin = axes.projected_from_point(origin);
+    let width = 1.0 + axes.kind.convergence() * to_origin.z;
+    let convergence = axes.kind.convergence() / width;
+    // What does not change along the ray through the origin.
+    let across = |axis: DVec3, offset: f64| (axis - axes.z_axis * (offset * convergence)) / width;
+    let kind = Homography::new(DMat3::IDENTITY, reach);
+    Projection {
+        kind: kind.with_convergence(convergence).into(),
+        origin,
+        x_axis: across(axes.x_axis, to_origin.x),
+        y_axis: across(axes.y_axis, to_origin.y),
+        ..axes.clone()
+    }
+}
+
 /// The map whose sides are the box's, `resolution` texels each; the box has a size, and room for rounding
 /// at its border. `casters_near` is the least depth of a caster; nothing is stored behind the far side of
-/// the box. All in the projection space of `axes`.
+/// the box. All in the plane of `axes` and in depth.
 pub fn fit_box(
     axes: &Projection,
     (low, high): (DVec3, DVec3),
@@ -53,19 +71,24 @@ pub fn fit_box(
     let middle = 0.5 * (low + high);
     let half = 0.5 * (high - low);
     let texels_per_unit = 0.5 * f64::from(resolution) / half;
-    let origin =
-        axes.origin + axes.x_axis * middle.x + axes.y_axis * middle.y + axes.z_axis * middle.z;
+    let map = match axes.kind.convergence() == 0.0 {
+        true => Projection {
+            kind: Parallel.into(),
+            origin: axes.origin
+                + axes.x_axis * middle.x
+                + axes.y_axis * middle.y
+                + axes.z_axis * middle.z,
+            ..axes.clone()
+        },
+        false => {
+            let (start, ray) = axes.ray_from_texel(middle.truncate());
+            moved(axes, half.truncate().length(), start + ray * middle.z)
+        }
+    };
     Projection {
-        kind: Parallel.into(),
-        origin,
-        x_axis: axes.x_axis * texels_per_unit.x,
-        y_axis: axes.y_axis * texels_per_unit.y,
-        z_axis: axes.z_axis,
-        centre: DVec2::splat(0.5 * f64::from(resolution)),
-        width: resolution,
-        height: resolution,
         near: casters_near.min(low.z) - middle.z,
         far: half.z,
         normalizes_depth: true,
+        ..map.around(DVec2::ZERO, texels_per_unit.truncate(), resolution)
     }
 }

@@ -3,9 +3,9 @@
 use super::hull::{Hull, MapSize};
 use super::light_matrix::LightMatrix;
 use super::light_rays::RayBundle;
+use super::source::Source;
 use crate::camera::Camera;
 use crate::geometry::range_of;
-use crate::light::Light;
 use glam::DVec3;
 
 /// A light's rays with the points that its map must hold.
@@ -23,12 +23,21 @@ const WIDEST_COSINE: f64 = 0.55;
 impl Subject {
     /// `None` where there is no point, or a light with a position is so much among them that one
     /// plane before it does not do.
-    pub fn new(light: &Light, points: Vec<DVec3>) -> Option<Self> {
+    pub fn new(source: Source, points: Vec<DVec3>) -> Option<Self> {
         if points.is_empty() {
             return None;
         }
-        let Some(position) = light.position() else {
-            return Self::parallel(light, points);
+        let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+        let position = match source {
+            Source::AtInfinity { direction } => {
+                return Self::parallel(middle, direction, 0.0, points);
+            }
+            Source::FarAway { position } => {
+                let sight = middle - position;
+                let convergence = sight.length().recip();
+                return Self::parallel(middle, sight * convergence, convergence, points);
+            }
+            Source::Near { position } => position,
         };
         let towards = |point: &DVec3| (*point - position).normalize_or_zero();
         let forward = points.iter().map(towards).sum::<DVec3>().try_normalize()?;
@@ -37,17 +46,21 @@ impl Subject {
         Self::central(position, forward, points)
     }
 
-    fn parallel(light: &Light, points: Vec<DVec3>) -> Option<Self> {
+    /// Around the middle of the points; the rays meet one over the convergence before it.
+    fn parallel(
+        middle: DVec3,
+        direction: DVec3,
+        convergence: f64,
+        points: Vec<DVec3>,
+    ) -> Option<Self> {
         let count = points.len() as f64;
-        let middle = points.iter().sum::<DVec3>() / count;
-        let direction = -light.vector_from_point(middle);
         let spread = |point: &DVec3| (*point - middle).reject_from(direction).length();
         let mean = points.iter().map(spread).sum::<f64>() / count;
         // Points at one place have no radius; rounding has.
         let farthest = points.iter().map(|p| p.abs().max_element());
         let radius = mean.max(1e-12 * farthest.fold(1e-280, f64::max));
         let rays = RayBundle::parallel(middle, direction, level_axis(direction), radius);
-        Self::with_rays(rays, points)
+        Self::with_rays(rays.with_convergence(convergence), points)
     }
 
     /// Around a light with a position, the optical axis given.

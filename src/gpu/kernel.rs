@@ -106,7 +106,13 @@ impl Kernel {
     /// Fills the slot and binds its uniform; `origin` is that of the scene's tables.
     pub fn projection(self, gpu: &Gpu, index: u32, projection: &Projection, origin: DVec3) -> Self {
         self.uniform(gpu, index, &projection.uniform(origin))
-            .fill(projection.shader())
+            .projected(projection)
+    }
+
+    /// Fills the slot.
+    pub fn projected(self, projection: &Projection) -> Self {
+        self.fill(projection.shader())
+            .constant("converges", projection.kind.convergence() > 0.0)
     }
 
     pub fn dispatch(self, groups: Groups) -> Dispatch {

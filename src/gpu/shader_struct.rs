@@ -79,7 +79,7 @@ mod tests {
             check::<forward_importance::ForwardUniform>,
             check::<importance_map::ImportanceUniform>,
             check::<inputs::ReceiversUniform>,
-            check::<light_grid::LightGrid>,
+            check::<light_grid::LightGridUniform>,
             check::<light_rays::LightRaysUniform>,
             check::<outline::OutlineUniform>,
             check::<rasterize::RasterizationUniform>,

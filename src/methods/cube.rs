@@ -1,6 +1,7 @@
 //! Cube shadow maps: six perspective maps around a point light.
 //!
-//! A face that no receiver falls in is not made, and each of the others is fitted to its own receivers.
+//! A face that no receiver falls in is not made, and each of the others is fitted to its own receivers. Of a light far
+//! away one face would hold all, and one map that looks at the scene does.
 //!
 //! Chris Brennan's and NVIDIA's cube shadow maps, as in Navrátil's thesis, section 3.3.1.
 //!
@@ -11,6 +12,7 @@
 //! angle of those in its middle.
 
 use super::prelude::*;
+use crate::fits::boxes::layers_around;
 use crate::fits::central::turned_cube_faces;
 use crate::fits::rotation::cube_off_edges;
 use glam::DMat3;
@@ -46,7 +48,10 @@ impl ShadowMethod for Cube {
 
 /// Of a light with a position, the only one that has a cube.
 pub fn fit(view: &mut View, axes: DMat3, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
-    let position = position_of(view.light, Cube::NAME)?;
-    let faces = turned_cube_faces(position, axes, view.scene.bounds());
+    position_of(view.light, Cube::NAME)?;
+    let setting = view.setting();
+    let faces = layers_around(setting, |position| {
+        turned_cube_faces(position, axes, setting.scene.bounds())
+    });
     cut_layers(view, faces, cut, resolution)
 }

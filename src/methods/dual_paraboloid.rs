@@ -1,6 +1,6 @@
 //! Dual-paraboloid shadow maps: two maps around a point light, back to back.
 //!
-//! Each holds the half of space that a paraboloid reflects. Rasterization is exact, so that triangles need no
+//! Each holds the half of space that a paraboloid reflects; a light far away has one map of what it lights. Rasterization is exact, so that triangles need no
 //! tessellation.
 //!
 //! Stefan Brabec, Thomas Annen, Hans-Peter Seidel. Shadow mapping for hemispherical and omnidirectional
@@ -11,6 +11,7 @@
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
 use super::prelude::*;
+use crate::fits::boxes::layers_around;
 use crate::fits::central::halves_of_light;
 
 const CUTS: Choices<Cut> = &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)];
@@ -38,7 +39,8 @@ impl ShadowMethod for DualParaboloid {
 
 /// Of a light with a position, the only one that has halves.
 pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
-    let position = position_of(view.light, DualParaboloid::NAME)?;
-    let halves = halves_of_light(view.setting(), position);
+    position_of(view.light, DualParaboloid::NAME)?;
+    let setting = view.setting();
+    let halves = layers_around(setting, |position| halves_of_light(setting, position));
     cut_layers(view, halves, cut, resolution)
 }

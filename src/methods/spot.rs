@@ -9,7 +9,7 @@
 //! Limits: texels are spread evenly over the plane, not over what the camera sees.
 
 use super::prelude::*;
-use crate::fits::central::cone_layer;
+use crate::fits::boxes::layers_of_light;
 use crate::light::Light;
 
 const CUTS: Choices<Cut> = &[("receivers", Cut::Receivers), ("cone", Cut::Whole)];
@@ -37,13 +37,12 @@ impl ShadowMethod for Spot {
 
 /// Of a spot light.
 pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
-    let (Light::Spot { position, .. }, Some(cone)) = (view.light, view.light.cone()) else {
-        return Err(Error::Value(format!(
-            "method \"{}\" needs a spot light, got a {} light",
-            Spot::NAME,
-            view.light.kind()
-        )));
-    };
-    let layer = cone_layer(*position, cone, view.scene.bounds());
-    cut_layers(view, vec![layer], cut, resolution)
+    ensure_value!(
+        matches!(view.light, Light::Spot { .. }),
+        "method \"{}\" needs a spot light, got a {} light",
+        Spot::NAME,
+        view.light.kind()
+    );
+    let layers = layers_of_light(view.setting());
+    cut_layers(view, layers, cut, resolution)
 }

@@ -24,6 +24,7 @@ fn twin(i: u32) -> array<f32, 18> {
     projection.z_max = inputs[i + 20u];
     projection.least_w = inputs[i + 21u];
     projection.scale = row(i + 22u).xy;
+    projection.convergence = inputs[i + 42u];
     for (var j = 0u; j < 3u; j += 1u) {
         projection.texel_from_place[j] = vec4<f32>(row(i + 24u + 3u * j), 0.0);
         projection.place_from_texel[j] = vec4<f32>(row(i + 33u + 3u * j), 0.0);
@@ -46,23 +47,27 @@ fn twin(i: u32) -> array<f32, 18> {
 }
 ";
 
-const INPUTS: usize = 42;
+const INPUTS: usize = 43;
 const OUTPUTS: usize = 18;
 const SIDE: f64 = 512.0;
 
 /// A map of the kind, in the shaders' units, and whether its depths begin near the rays' origin.
 fn projection(kind: usize, random: &mut Random) -> Projection {
     let half = DVec2::splat(0.5 * SIDE);
-    let mut slant = || 1.2 * random.share() - 0.6;
+    let [right, down] = [0; 2].map(|_| 1.2 * random.share() - 0.6);
     let place = DMat3::from_cols(
-        DVec3::new(half.x, 0.0, slant()),
-        DVec3::new(0.0, half.y, slant()),
+        DVec3::new(half.x, 0.0, right),
+        DVec3::new(0.0, half.y, down),
         DVec3::new(0.0, 0.0, 1.5),
     );
     let stretched = |kind: Kind| kind.stretched(half).0;
     let kind: Kind = match kind {
         0 => Parallel.into(),
-        1 => Homography::new(place, 1.0).into(),
+        1 => {
+            let convergence = [0.0, 1e-6, 0.2][random.below(3)];
+            let homography = Homography::new(place, 1.0);
+            homography.with_convergence(convergence).into()
+        }
         2 => Perspective.into(),
         _ => stretched(Paraboloid::UNIT.into()),
     };
@@ -120,6 +125,7 @@ fn rounded(kind: &Kind, case: &[f32; INPUTS]) -> Kind {
         Kind::Homography(homography) => Homography {
             texel_from_place: rows(24),
             place_from_texel: rows(33),
+            convergence: case[42].into(),
             ..*homography
         }
         .into(),
@@ -170,6 +176,7 @@ fn case(kind: usize, random: &mut Random) -> (Kind, [f32; INPUTS]) {
         case[24 + 3 * j..27 + 3 * j].copy_from_slice(&uniform.texel_from_place[j][..3]);
         case[33 + 3 * j..36 + 3 * j].copy_from_slice(&uniform.place_from_texel[j][..3]);
     }
+    case[42] = uniform.convergence;
     (rounded(&projection.kind, &case), case)
 }
 
@@ -178,7 +185,8 @@ fn is_kept(kind: &Kind, case: &[f32; INPUTS], q: V3<f64>) -> bool {
     match kind {
         Kind::Perspective(_) => q.z >= f64::from(case[19]),
         Kind::Homography(homography) => {
-            homography.texel_from_place[2].dot(q.xy().extend(1.0)) >= f64::from(case[21])
+            let place = kind.homogeneous_from_projected(q);
+            homography.texel_from_place[2].dot(place) >= f64::from(case[21])
         }
         _ => true,
     }
@@ -257,7 +265,9 @@ fn assert_box_is_bounded(kind: &Kind, case: &[f32; INPUTS], found: &[f32], rando
 fn assert_corner_is_placed(kind: &Kind, case: &[f32; INPUTS], found: &[f32]) {
     let a = v3(case, 0);
     let texel = kind.centred_texel_from_projected(a);
-    let is_in_map = texel.x.abs().max(texel.y.abs()) <= 0.5 * SIDE;
+    // Where rays meet, no caster is nearer than the nearest depth.
+    let is_caster = kind.convergence() == 0.0 || a.z >= f64::from(case[19]);
+    let is_in_map = texel.x.abs().max(texel.y.abs()) <= 0.5 * SIDE && is_caster;
     let homogeneous = v3(found, 13);
     let side = found[16];
     if side > 0.0 {

@@ -1,21 +1,24 @@
-//! Parallel rays whose texels a homography moves, so that they need not be even: the light matrices of perspective,
-//! light space perspective, plane optimal and scene optimized shadow maps. With H the homography, homogeneous texel
-//! = H (q.x, q.y, 1) and depth = q.z; twin of `shaders/projection/homography.wgsl`.
+//! Rays that are parallel or nearly so, whose texels a homography moves, so that they need not be even: the light
+//! matrices of perspective, light space perspective, plane optimal and scene optimized shadow maps, and every map of a
+//! light that is far away. With H the homography and k the convergence, homogeneous texel = H (q.x, q.y, 1 + k q.z) and
+//! depth = q.z; twin of `shaders/projection/homography.wgsl`, which argues for it.
 
 use super::{
-    Formulas, Kind, NOWHERE, Parallel, Projection, ProjectionKind, ProjectionUniform, area_across,
+    Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform, area_across,
 };
 use crate::lanes::{Lane, V2, V3};
 use glam::{DMat3, DVec2, DVec3};
 
-/// Rows of the matrix from (q.x, q.y, 1) to a homogeneous centred texel, whose last row is positive before the
-/// map's horizon, and of the one back.
+/// Rows of the matrix from a homogeneous place to a homogeneous centred texel, whose last row is positive before the
+/// map's horizon, and of the one back. The place of a ray is where it crosses the plane q.z = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Homography<L = f64> {
     pub texel_from_place: [V3<L>; 3],
     pub place_from_texel: [V3<L>; 3],
     /// No receiver is farther from the projection's origin across the rays.
     pub reach: L,
+    /// One over how far before the origin the rays meet; 0 where they are parallel.
+    pub convergence: L,
 }
 
 #[inline(always)]
@@ -24,38 +27,59 @@ fn times<L: Lane>(rows: &[V3<L>; 3], v: V3<L>) -> V3<L> {
 }
 
 impl<L: Lane> Homography<L> {
-    /// How the place of a ray moves per texel to the right and down.
+    /// How wide the rays of a bundle are at a depth, against where they cross the plane of places.
     #[inline(always)]
-    fn place_slopes(&self, q: V3<L>) -> [V2<L>; 2] {
-        let w = self.texel_from_place[2].dot(q.xy().extend(L::from_f64(1.0)));
+    fn width_at(&self, depth: L) -> L {
+        self.convergence * depth + L::from_f64(1.0)
+    }
+
+    #[inline(always)]
+    fn place_from_projected(&self, q: V3<L>) -> V2<L> {
+        q.xy() / self.width_at(q.z)
+    }
+
+    #[inline(always)]
+    fn homogeneous_texel(&self, q: V3<L>) -> V3<L> {
+        times(&self.texel_from_place, self.homogeneous_from_projected(q))
+    }
+
+    /// The product of a plane's normal with the direction of the ray through a place.
+    #[inline(always)]
+    fn steepness_at(&self, normal: V3<L>, place: V2<L>) -> L {
+        self.convergence * normal.xy().dot(place) + normal.z
+    }
+
+    /// How a place moves per texel to the right and down.
+    #[inline(always)]
+    fn place_slopes(&self, place: V2<L>) -> [V2<L>; 2] {
+        let w = self.texel_from_place[2].dot(place.extend(L::from_f64(1.0)));
         let [x, y, z] = self.place_from_texel;
         [
-            (V2::new(x.x, y.x) - q.xy() * z.x) * w,
-            (V2::new(x.y, y.y) - q.xy() * z.y) * w,
+            (V2::new(x.x, y.x) - place * z.x) * w,
+            (V2::new(x.y, y.y) - place * z.y) * w,
         ]
     }
 
-    /// How the place of a ray moves over some texels.
+    /// How a place moves over some texels.
     #[inline(always)]
-    fn place_step(&self, q: V3<L>, step: V2<L>) -> V2<L> {
-        let w = self.texel_from_place[2].dot(q.xy().extend(L::from_f64(1.0)));
+    fn place_step(&self, place: V2<L>, step: V2<L>) -> V2<L> {
+        let w = self.texel_from_place[2].dot(place.extend(L::from_f64(1.0)));
         let [x, y, z] = self.place_from_texel.map(|row| row.xy().dot(step));
         // A neighbour near the horizon is taken for a nearer one.
         let nearer = (L::from_f64(1.0) + w * z).max(L::from_f64(0.1));
-        (V2::new(x, y) - q.xy() * z) * w / nearer
+        (V2::new(x, y) - place * z) * w / nearer
     }
 }
 
 impl<L: Lane> Formulas<L> for Homography<L> {
-    // Edges and planes stay in the plane of q.xy, where they are those of parallel rays.
     #[inline(always)]
     fn homogeneous_from_projected(&self, q: V3<L>) -> V3<L> {
-        Parallel.homogeneous_from_projected(q)
+        q.xy().extend(self.width_at(q.z))
     }
 
     #[inline(always)]
     fn centred_texel_from_projected(&self, q: V3<L>) -> V2<L> {
-        let texel = times(&self.texel_from_place, q.xy().extend(L::from_f64(1.0)));
+        let texel = self.homogeneous_texel(q);
         let is_before = L::from_f64(0.0).less(texel.z);
         // Nothing behind the horizon is in the map.
         (texel.xy() / texel.z).map(|t| L::select(is_before, t, L::from_f64(NOWHERE)))
@@ -63,17 +87,17 @@ impl<L: Lane> Formulas<L> for Homography<L> {
 
     #[inline(always)]
     fn projected_from_ray(&self, ray: V3<L>, depth: L) -> V3<L> {
-        Parallel.projected_from_ray(ray, depth)
+        (ray.xy() * self.width_at(depth)).extend(depth)
     }
 
     #[inline(always)]
     fn depth_from_projected(&self, q: V3<L>) -> L {
-        Parallel.depth_from_projected(q)
+        q.z
     }
 
     #[inline(always)]
     fn ray_from_projected(&self, q: V3<L>) -> V3<L> {
-        Parallel.ray_from_projected(q)
+        self.place_from_projected(q).extend(L::from_f64(1.0))
     }
 
     // A texel behind the horizon has the negative of a ray, which no triangle covers.
@@ -83,33 +107,47 @@ impl<L: Lane> Formulas<L> for Homography<L> {
         ray / ray.z.abs()
     }
 
+    // The slope of the plane against the axis and its depth there: what is over a plane's height would not be
+    // precise on a steep one.
     #[inline(always)]
-    fn depth_plane(&self, normal: V3<L>, q: V3<L>, height: L) -> V3<L> {
-        Parallel.depth_plane(normal, q, height)
+    fn depth_plane(&self, normal: V3<L>, q: V3<L>, _: L) -> V3<L> {
+        let slope = -normal.xy() / normal.z;
+        slope.extend(q.z - slope.dot(q.xy()))
     }
 
+    // A quotient of linear functions of the place, as the ray at a place leaves the axis.
     #[inline(always)]
     fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L {
-        Parallel.depth_on_plane(plane, ray)
+        let depth = plane.x * ray.x + (plane.y * ray.y + plane.z);
+        depth / (L::from_f64(1.0) - self.convergence * plane.xy().dot(ray.xy()))
     }
 
     #[inline(always)]
     fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
-        let slope = -normal.xy() / normal.z;
-        let [right, down] = self.place_slopes(q);
+        let place = self.place_from_projected(q);
+        let slope = -normal.xy() / self.steepness_at(normal, place) * self.width_at(q.z);
+        let [right, down] = self.place_slopes(place);
         V2::new(slope.dot(right), slope.dot(down))
     }
 
     #[inline(always)]
     fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, _: L) -> L {
-        q.z + (-normal.xy() / normal.z).dot(self.place_step(q, step))
+        let place = self.place_from_projected(q);
+        let moved = self.place_step(place, step);
+        let own = self.steepness_at(normal, place);
+        let there = self.convergence * normal.xy().dot(moved) + own;
+        // A neighbour whose ray runs along the plane, or away from it, is taken for one that meets it.
+        let least = L::from_f64(0.1) * own.abs();
+        let is_behind = own.less(L::from_f64(0.0));
+        let steepness = L::select(is_behind, there.min(-least), there.max(least));
+        q.z + self.width_at(q.z) * (-normal.xy() / steepness).dot(moved)
     }
 
     // The width of a texel's beam at a point.
     #[inline(always)]
     fn beam_growth(&self, q: V3<L>) -> L {
-        let [right, down] = self.place_slopes(q);
-        right.length().max(down.length())
+        let [right, down] = self.place_slopes(self.place_from_projected(q));
+        self.width_at(q.z) * right.length().max(down.length())
     }
 }
 
@@ -133,6 +171,15 @@ impl Homography {
             texel_from_place: rows(matrix),
             place_from_texel: rows(inverse),
             reach,
+            convergence: 0.0,
+        }
+    }
+
+    /// The same of rays that meet before the origin.
+    pub fn with_convergence(self, convergence: f64) -> Self {
+        Self {
+            convergence,
+            ..self
         }
     }
 
@@ -166,18 +213,27 @@ impl ProjectionKind for Homography {
     fn stretched(&self, k: DVec2) -> (Kind, DVec2) {
         let texels = DMat3::from_diagonal(k.extend(1.0));
         let stretched = Self::new(texels * matrix(&self.texel_from_place), self.reach);
+        let stretched = stretched.with_convergence(self.convergence);
         (stretched.into(), DVec2::ONE)
     }
 
+    fn convergence(&self) -> f64 {
+        self.convergence
+    }
+
     fn texel_area(&self, projection: &Projection, steps: &DMat3, point: DVec3) -> f64 {
-        let [right, down] = self.place_slopes(projection.projected_from_point(point).into());
+        let q = projection.projected_from_point(point).into();
+        let place = self.place_from_projected(q);
+        let [right, down] = self.place_slopes(place);
         let area = DVec2::from(right).perp_dot(down.into()).abs();
-        area_across(steps, steps.z_axis, area.sqrt())
+        let ray = *steps * (DVec2::from(place) * self.convergence).extend(1.0);
+        area_across(steps, ray, area.sqrt() * self.width_at(q.z))
     }
 
     // Widths differ, and the shaders know them.
-    fn beam_width(&self, _: &Projection) -> f64 {
-        1.0
+    fn beam_width(&self, projection: &Projection) -> f64 {
+        let steps = projection.steps();
+        steps.x_axis.length().max(steps.y_axis.length())
     }
 
     // The nearer to the horizon the larger: the smallest are at a corner.
@@ -189,7 +245,7 @@ impl ProjectionKind for Homography {
                 // Behind the horizon.
                 return DVec2::INFINITY;
             }
-            let slopes = self.place_slopes(place.into()).map(DVec2::from);
+            let slopes = self.place_slopes(place.truncate().into()).map(DVec2::from);
             DVec2::from(slopes.map(|slope| (steps * slope.extend(0.0)).length()))
         });
         sides.into_iter().fold(DVec2::INFINITY, DVec2::min)
@@ -211,7 +267,10 @@ impl ProjectionKind for Homography {
         };
         uniform.texel_from_place = padded(matrix(&self.texel_from_place) * scaled(to_world));
         uniform.place_from_texel = padded(scaled(from_world) * matrix(&self.place_from_texel));
-        uniform.least_w = self.least_w(projection.centre) as f32;
+        // Homogeneous texels are as many times as large as the rays are wide.
+        let narrowest = self.width_at(projection.near).min(1.0);
+        uniform.least_w = (self.least_w(projection.centre) * narrowest) as f32;
+        uniform.convergence = (self.convergence * to_world) as f32;
     }
 }
 

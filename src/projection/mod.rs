@@ -53,7 +53,7 @@ macro_rules! kinds {
 kinds! {
     /// Parallel rays along `z_axis`.
     Parallel,
-    /// The same, where texels need not be even.
+    /// The same or nearly so, where texels need not be even.
     Homography,
     /// Rays from the origin, through a plane.
     Perspective,
@@ -109,6 +109,11 @@ pub trait ProjectionKind: Formulas<f64> {
     /// Whether the rays come from one point.
     fn is_central(&self) -> bool {
         self.face_width().is_some()
+    }
+
+    /// One over how far before the origin rays meet that are nearly parallel.
+    fn convergence(&self) -> f64 {
+        0.0
     }
 
     /// Half the width of the axes' plane within an angle of the axis.
@@ -207,7 +212,8 @@ shader_struct! {
         centre: [f32; 2],
         size: [u32; 2],
         scale: [f32; 2],
-        padding: [u32; 2],
+        convergence: f32,
+        padding: u32,
         step_x: [f32; 4],
         step_y: [f32; 4],
         step_z: [f32; 4],
@@ -295,7 +301,8 @@ impl Projection {
             (self.origin, steps * ray)
         } else {
             let start = self.origin + steps.x_axis * ray.x + steps.y_axis * ray.y;
-            (start, steps.z_axis)
+            let leaving = ray.truncate() * self.kind.convergence();
+            (start, steps * leaving.extend(1.0))
         }
     }
 
@@ -305,7 +312,10 @@ impl Projection {
         let [_, plane] = self.kind.matrices()?;
         let steps = self.steps();
         let z = self.origin + steps.z_axis * depth;
-        let width = if self.kind.is_central() { depth } else { 1.0 };
+        let width = match self.kind.is_central() {
+            true => depth,
+            false => 1.0 + self.kind.convergence() * depth,
+        };
         let [x, y] = [steps.x_axis, steps.y_axis].map(|step| (step * width).extend(0.0));
         let plane = plane * DMat3::from_translation(-self.centre);
         let column = |c: DVec3| x * c.x + y * c.y + z.extend(1.0) * c.z;
@@ -328,10 +338,9 @@ impl Projection {
         let rows = q.transpose();
         let (offset, scale) = self.depth_from_z();
         let depth = (rows.z_axis - DVec4::W * offset) * scale;
-        let last = if self.kind.is_central() {
-            rows.z_axis
-        } else {
-            DVec4::W
+        let last = match self.kind.is_central() {
+            true => rows.z_axis,
+            false => DVec4::W + rows.z_axis * self.kind.convergence(),
         };
         let row = |row: DVec3| rows.x_axis * row.x + rows.y_axis * row.y + last * row.z;
         let [x, y, w] = [0, 1, 2].map(|i| row(matrix.row(i)));
@@ -380,7 +389,8 @@ impl Projection {
             centre: self.centre.as_vec2().to_array(),
             size: [self.width, self.height],
             scale: [1.0; 2],
-            padding: [0; 2],
+            convergence: 0.0,
+            padding: 0,
             step_x: padded(steps.x_axis),
             step_y: padded(steps.y_axis),
             step_z: padded(steps.z_axis),
@@ -402,8 +412,8 @@ mod tests {
         Homography::new(matrix, 100.0)
     }
 
-    /// Parallel, perspective, paraboloid, and parallel with a homography.
-    fn projections() -> [Projection; 4] {
+    /// Parallel, perspective, paraboloid, parallel with a homography, and the same of rays that meet.
+    fn projections() -> [Projection; 5] {
         let rotation = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(0.4);
         let even = DVec2::new(30.0, 40.0);
         let round = Paraboloid::UNIT.stretched(DVec2::new(8.0, 9.0)).0;
@@ -412,6 +422,7 @@ mod tests {
             (Perspective.into(), even),
             (round, DVec2::ONE),
             (homography().into(), even),
+            (homography().with_convergence(0.04).into(), even),
         ];
         kinds.map(|(kind, k)| Projection {
             kind,
@@ -446,8 +457,8 @@ mod tests {
     #[test]
     fn matrix_agrees_with_the_functions() {
         let point = DVec3::new(1.0, -4.0, -3.0);
-        let [parallel, perspective, _, moved] = projections();
-        for projection in [parallel, perspective, moved] {
+        let [parallel, perspective, _, moved, meeting] = projections();
+        for projection in [parallel, perspective, moved, meeting] {
             let homogeneous = projection.texel_from_world() * point.extend(1.0);
             let texel = projection.texel_from_point(point);
             let there = homogeneous.truncate() / homogeneous.w;
@@ -457,8 +468,8 @@ mod tests {
 
     #[test]
     fn places_at_one_depth_are_where_the_rays_say() {
-        let [parallel, perspective, paraboloid, moved] = projections();
-        for projection in [parallel, perspective, moved] {
+        let [parallel, perspective, paraboloid, moved, meeting] = projections();
+        for projection in [parallel, perspective, moved, meeting] {
             let texel = DVec2::new(5.5, 12.0);
             let columns = projection.world_from_texel(4.0).unwrap();
             let there = columns[0] * texel.x + columns[1] * texel.y + columns[2];
@@ -471,8 +482,8 @@ mod tests {
 
     #[test]
     fn the_smallest_texel_is_at_a_corner() {
-        let [parallel, perspective, _, moved] = projections();
-        for projection in [parallel, perspective, moved] {
+        let [parallel, perspective, _, moved, meeting] = projections();
+        for projection in [parallel, perspective, moved, meeting] {
             let mut least = DVec2::INFINITY;
             for i in 0..projection.width {
                 for j in 0..projection.height {

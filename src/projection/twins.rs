@@ -20,17 +20,18 @@ fn twin(i: u32) -> array<f32, 26> {
     let depth = inputs[i + 11u];
     var projection: Projection;
     projection.scale = row(i + 12u).xy;
+    projection.convergence = inputs[i + 32u];
     for (var j = 0u; j < 3u; j += 1u) {
         projection.texel_from_place[j] = row(i + 14u + 3u * j);
         projection.place_from_texel[j] = row(i + 23u + 3u * j);
     }
-    let homogeneous = homogeneous_from_projected(q);
+    let homogeneous = homogeneous_from_projected(projection, q);
     let centred = centred_texel_from_projected(projection, q);
-    let point = projected_from_ray(normal, depth);
-    let of_point = ray_from_projected(q);
+    let point = projected_from_ray(projection, normal, depth);
+    let of_point = ray_from_projected(projection, q);
     let ray = ray_from_texel(projection, texel);
     let direction = direction_from_texel(projection, texel);
-    let plane = depth_plane(normal, q, depth);
+    let plane = depth_plane(projection, normal, q, depth);
     let slope = depth_slope(projection, normal, q);
     return array<f32, 26>(
         homogeneous.x, homogeneous.y, homogeneous.z,
@@ -41,7 +42,7 @@ fn twin(i: u32) -> array<f32, 26> {
         ray.x, ray.y, ray.z,
         direction.x, direction.y, direction.z,
         plane.x, plane.y, plane.z,
-        depth_on_plane(normal, q),
+        depth_on_plane(projection, normal, q),
         slope.x, slope.y,
         depth_of_neighbour(projection, normal, q, step, most),
         beam_growth(projection, q),
@@ -49,7 +50,7 @@ fn twin(i: u32) -> array<f32, 26> {
 }
 ";
 
-const INPUTS: usize = 32;
+const INPUTS: usize = 33;
 
 fn v3<L: Lane>(inputs: &[L], i: usize) -> V3<L> {
     V3::new(inputs[i], inputs[i + 1], inputs[i + 2])
@@ -102,6 +103,7 @@ impl Twin for Kind {
                     texel_from_place: rows(14),
                     place_from_texel: rows(23),
                     reach: inputs[0],
+                    convergence: inputs[32],
                 };
                 outputs(&kind, inputs)
             }
@@ -127,6 +129,8 @@ fn case(random: &mut Random) -> [f32; INPUTS] {
     case[10] = [2.0, 1e4][random.below(2)];
     case[12] = case[12].abs().max(1e-3);
     case[13] = case[13].abs().max(1e-3);
+    // Rays that are parallel, and that meet beyond the point or before it.
+    case[32] = [0.0, 1e-6, 0.05, 1.0][random.below(4)] * case[32];
     case
 }
 

@@ -26,8 +26,8 @@ pub fn caster_tests(
     let tests = frame.storage("number of tests", 4)?;
     frame.clear(&tests);
     let gpu = frame.gpu.clone();
-    let kernel = Kernel::new("caster_tests")
-        .constant("is_local", seen.light.position().is_some())
+    let kernel = grid
+        .of_rays(Kernel::new("caster_tests"))
         .triangles(scene)
         .bind(10, &scene.unit_normals)
         .warp(warp);

@@ -144,10 +144,13 @@ impl<'a> Receivers<'a> {
         }
     }
 
-    /// What float32 may round of a receiver's position.
+    /// What float32 may round of a receiver's side of the region's planes.
     pub fn slack(&self) -> f64 {
-        let distances = self.scene.farthest(self.camera.eye) + self.eye_from_light().length();
-        RECEIVER_ROUNDING * distances
+        let eye = self.camera.eye;
+        // A light far away is no part of them.
+        let to_planes = self.region.farthest_origin(eye);
+        let to_planes = to_planes.min(self.eye_from_light().length());
+        RECEIVER_ROUNDING * (self.scene.farthest(eye) + to_planes)
     }
 
     /// Workgroups of the layer's tiles, or of all of the image, each invocation with so many rows: a power of

@@ -147,7 +147,7 @@ impl<'a> Drawing<'a> {
         let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
         match &self.pieces {
             None => kernel
-                .fill(projection.shader())
+                .projected(projection)
                 .constant("culls_hidden", culls_hidden)
                 .triangles(scene),
             Some(pieces) => kernel.fill("caster/pieces").bind(1, pieces),

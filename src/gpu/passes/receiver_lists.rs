@@ -69,7 +69,7 @@ pub fn receiver_lists(
     visibility: &wgpu::Buffer,
 ) -> Result<ReceiverLists> {
     let gpu = frame.gpu.clone();
-    let pixels = u64::from(seen.camera.width) * u64::from(grid.row_count);
+    let pixels = u64::from(seen.camera.width) * u64::from(grid.uniform.row_count);
     let segments = grid.texel_count().div_ceil(SEGMENT);
     let Scratch {
         counts,
@@ -80,9 +80,8 @@ pub fn receiver_lists(
     let lists = new_lists(frame, grid, pixels)?;
 
     let rows = gpu.work_per_invocation(1, 32);
-    let kernel = Kernel::new("receiver_lists").uniform(&gpu, 0, grid);
-    let of_light = kernel.clone();
-    let of_light = of_light.constant("is_local", seen.light.position().is_some());
+    let kernel = Kernel::new("receiver_lists").uniform(&gpu, 0, &grid.uniform);
+    let of_light = grid.of_rays(kernel.clone());
     let of_image = of_light.clone();
     let of_image = of_image.receivers(&gpu, seen, &seen.camera_uniform());
     let of_image = of_image.tiles(seen, rows).bind(4, &places);
@@ -103,9 +102,10 @@ pub fn receiver_lists(
     let scatter = listing(of_image.entry("scatter")).bind(6, &lists.details);
     let measure = listing(of_light.entry("measure")).bind(8, &lists.tiles);
 
-    let image = seen.groups_of_rows(grid.row_count, rows);
+    let image = seen.groups_of_rows(grid.uniform.row_count, rows);
     let by_segment = Groups::Grid(segments.div_ceil(64) as u32, 1);
-    let by_tile = Groups::Grid(grid.tiles.div_ceil(MEASURED_TILES), grid.tiles);
+    let tiles = grid.uniform.tiles;
+    let by_tile = Groups::Grid(tiles.div_ceil(MEASURED_TILES), tiles);
     let dispatches = [
         count.dispatch(image.clone()),
         sum.dispatch(by_segment.clone()),

@@ -66,7 +66,7 @@ pub fn tessellate(
     let gpu = frame.gpu.clone();
     let kernel = Kernel::new("tessellate");
     let of_triangles = kernel
-        .fill(projection.shader())
+        .projected(projection)
         .warp(warp)
         .uniform(&gpu, 0, &job)
         .bind(4, counters);

@@ -132,10 +132,9 @@ impl View<'_> {
             let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
             let texels =
                 shadow_map::shadow_map(&mut self.frame, self.seen.scene, RasterJob::plain(&map))?;
-            let mut grid = LightGrid::new(seen.scene, self.camera, projection, map.width);
+            let grid = LightGrid::new(seen.scene, self.camera, projection, map.width);
             for first_row in (0..self.camera.height).step_by(rows as usize) {
-                grid.first_row = first_row;
-                grid.row_count = rows.min(self.camera.height - first_row);
+                let grid = grid.of_rows(first_row..self.camera.height.min(first_row + rows));
                 let frame = &mut self.frame;
                 let lists =
                     receiver_lists::receiver_lists(frame, seen, &grid, warp, &texels, &visibility)?;
