@@ -28,6 +28,13 @@ pub struct Cone {
     pub cosine: f64,
 }
 
+impl Cone {
+    /// How much farther along the axis a vector from the light leads than one of that length on the cone's surface.
+    pub fn depth_of(&self, from_light: DVec3) -> f64 {
+        from_light.dot(self.axis) - self.cosine * from_light.length()
+    }
+}
+
 /// The unit vector along a direction of any length but zero.
 fn unit_vector(name: &str, vector: DVec3) -> Result<DVec3> {
     ensure_value!(

@@ -22,7 +22,7 @@ struct Receivers {
     beam_bias: f32,             // world units per growth of a texel's beam
     receiver_plane: f32,        // 1: compare with the receiver's plane on the texel's ray, 0: with the receiver
     filter_radius: f32,         // of percentage closer filtering: texels of the warped map, or world units
-    padding: f32,
+    cone_at_eye: f32,           // how far the eye is inside the cone, see `depth_in_cone`
     // Rows of the affine map from camera projection space to the light's projection space.
     light_x: vec4<f32>,
     light_y: vec4<f32>,
@@ -53,6 +53,14 @@ struct Receiver {
 
 const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
 
+// How much farther a point is along the cone's axis than one of its surface as far from the light: what it is for the
+// eye, and what a step from there adds. Of a light far away both are small differences of large distances.
+fn depth_in_cone(receivers: Receivers, from_eye: vec3<f32>, from_light: vec3<f32>) -> f32 {
+    let distances = length(receivers.from_light) + length(from_light);
+    let farther = dot(from_eye / distances, receivers.from_light + from_light);
+    return receivers.cone_at_eye + dot(from_eye, receivers.cone_axis) - receivers.cone_cosine * farther;
+}
+
 // `column` and `row` of a pixel inside the image.
 fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
     let pixel = row * receivers.width + column;
@@ -70,8 +78,8 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
         // The camera and the light see the same side of the triangle.
         receiver.faces_light = dot(normal, ray) * dot(normal, from_light) > 0.0;
         if has_cone {
-            let along = dot(from_light, receivers.cone_axis);
-            receiver.faces_light = receiver.faces_light && along >= receivers.cone_cosine * length(from_light);
+            let depth = depth_in_cone(receivers, from_eye, from_light);
+            receiver.faces_light = receiver.faces_light && depth >= 0.0;
         }
         if has_region {
             let point = vec4<f32>(from_eye, 1.0);

@@ -32,7 +32,7 @@ impl SampledReceivers {
             let to_light = light.vector_from_point(*point);
             let is_reached = light
                 .cone()
-                .is_none_or(|cone| -to_light.dot(cone.axis) >= cone.cosine * to_light.length());
+                .is_none_or(|cone| cone.depth_of(-to_light) >= 0.0);
             normal.dot(to_light) > 0.0 && is_reached
         };
         Self {
