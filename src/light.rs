@@ -26,12 +26,19 @@ pub enum Light {
 pub struct Cone {
     pub axis: DVec3,
     pub cosine: f64,
+    pub sine: f64,
 }
 
 impl Cone {
-    /// How much farther along the axis a vector from the light leads than one of that length on the cone's surface.
+    /// How far inside its surface the end of a vector from the light is.
     pub fn depth_of(&self, from_light: DVec3) -> f64 {
-        from_light.dot(self.axis) - self.cosine * from_light.length()
+        let aside = self.from_axis(from_light).length();
+        self.sine * from_light.dot(self.axis) - self.cosine * aside
+    }
+
+    /// The vector from the axis to the end of one from the light.
+    pub fn from_axis(&self, from_light: DVec3) -> DVec3 {
+        from_light.reject_from_normalized(self.axis)
     }
 }
 
@@ -139,8 +146,13 @@ impl Light {
             Self::Spot { axis, outer, .. } => Some(Cone {
                 axis,
                 cosine: outer.cos(),
+                sine: outer.sin(),
             }),
-            Self::Hemisphere { axis, .. } => Some(Cone { axis, cosine: 0.0 }),
+            Self::Hemisphere { axis, .. } => Some(Cone {
+                axis,
+                cosine: 0.0,
+                sine: 1.0,
+            }),
         }
     }
 }

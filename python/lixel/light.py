@@ -120,6 +120,9 @@ class DirectionalLight(_Light):
 class PointLight(_LightWithPosition):
     """Rays from a point to all sides; immutable.
 
+    It may be any distance away: maps of a light that is more than four sizes of the scene away from
+    it are fitted as those of a directional light, to rays that converge a little.
+
     Parameters
     ----------
     position : (3,) float

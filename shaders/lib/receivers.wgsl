@@ -23,6 +23,8 @@ struct Receivers {
     receiver_plane: f32,        // 1: compare with the receiver's plane on the texel's ray, 0: with the receiver
     filter_radius: f32,         // of percentage closer filtering: texels of the warped map, or world units
     cone_at_eye: f32,           // how far the eye is inside the cone, see `depth_in_cone`
+    eye_from_axis: vec3<f32>,   // of the cone
+    cone_sine: f32,
     // Rows of the affine map from camera projection space to the light's projection space.
     light_x: vec4<f32>,
     light_y: vec4<f32>,
@@ -53,12 +55,15 @@ struct Receiver {
 
 const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
 
-// How much farther a point is along the cone's axis than one of its surface as far from the light: what it is for the
-// eye, and what a step from there adds. Of a light far away both are small differences of large distances.
-fn depth_in_cone(receivers: Receivers, from_eye: vec3<f32>, from_light: vec3<f32>) -> f32 {
-    let distances = length(receivers.from_light) + length(from_light);
-    let farther = dot(from_eye / distances, receivers.from_light + from_light);
-    return receivers.cone_at_eye + dot(from_eye, receivers.cone_axis) - receivers.cone_cosine * farther;
+// How far a point is inside the cone's surface: what it is for the eye, and what a step from there adds. Of a light far
+// away, or a narrow cone, both are small differences of large distances.
+fn depth_in_cone(receivers: Receivers, from_eye: vec3<f32>) -> f32 {
+    let along = dot(from_eye, receivers.cone_axis);
+    let step_aside = from_eye - along * receivers.cone_axis;
+    let from_axis = receivers.eye_from_axis + step_aside;
+    let sum = max(length(receivers.eye_from_axis) + length(from_axis), 1e-30);
+    let aside = dot(step_aside / sum, receivers.eye_from_axis + from_axis);
+    return receivers.cone_at_eye + receivers.cone_sine * along - receivers.cone_cosine * aside;
 }
 
 // `column` and `row` of a pixel inside the image.
@@ -78,8 +83,7 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
         // The camera and the light see the same side of the triangle.
         receiver.faces_light = dot(normal, ray) * dot(normal, from_light) > 0.0;
         if has_cone {
-            let depth = depth_in_cone(receivers, from_eye, from_light);
-            receiver.faces_light = receiver.faces_light && depth >= 0.0;
+            receiver.faces_light = receiver.faces_light && depth_in_cone(receivers, from_eye) >= 0.0;
         }
         if has_region {
             let point = vec4<f32>(from_eye, 1.0);

@@ -273,6 +273,7 @@ mod tests {
             let cone = Cone {
                 axis: DVec3::X,
                 cosine: angle.cos(),
+                sine: angle.sin(),
             };
             cone_layer(DVec3::ZERO, cone, SCENE).projection.kind
         };

@@ -171,7 +171,6 @@ def _lights(family: str) -> Iterator[Case]:
         f"along {name}": DirectionalLight(-axis)
         for name, axis in zip("xyz", np.eye(3), strict=True)
     }
-    others["a point light 10^6 sizes away"] = PointLight(np.array([5.0, 9.0, 3.0]) * 1e6)
     for degrees in (10.0, 1.0, 0.1, 0.01):
         angle, words = math.radians(degrees), f"light {degrees:g} degrees above the floor"
         sides = 0.8 * math.cos(angle), 0.6 * math.cos(angle)
@@ -185,6 +184,31 @@ def _lights(family: str) -> Iterator[Case]:
         yield Case(family, name, partial(_lit_by, light), quick=name in hard)
     yield Case(family, "inside a closed mesh, the eye outside", _light_in_a_ball)
     yield Case(family, "inside a closed mesh, and the eye", _all_in_a_ball)
+
+
+def _far_away(kind: str, power: int | None) -> View:
+    """Lit from so far that it is as good as a directional light; that one without a power."""
+    scene, camera, _ = _plain()
+    towards_light = np.array([0.3, 0.85, 0.35])
+    if power is None:
+        return scene, camera, DirectionalLight(-towards_light)
+    position = towards_light * 10.0**power * _size(scene)
+    light = {
+        "point light": PointLight(position),
+        "spot light": SpotLight(position, -towards_light, 0.4),
+        "hemisphere light": HemisphereLight(position, -towards_light),
+    }[kind]
+    return scene, camera, light
+
+
+def _far_lights(family: str) -> Iterator[Case]:
+    without = partial(_far_away, "", None)
+    for kind in ("point light", "spot light", "hemisphere light"):
+        for power in (2, 3, 6, 9, 12, 15):
+            make = partial(_far_away, kind, power)
+            name = f"{kind} 10^{power} sizes away"
+            quick = power in (3, 9, 15) and kind == "point light"
+            yield Case(family, name, make, of=without, quick=quick)
 
 
 def _ball(centre: Point, radius: float) -> Mesh:
@@ -394,6 +418,7 @@ FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
     "scaled": _scaled,
     "depth range": _depth_range,
     "light": _lights,
+    "far light": _far_lights,
     "geometry": _geometry,
     "huge floor": _floors,
     "image": _images,

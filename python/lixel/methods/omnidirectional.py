@@ -17,7 +17,8 @@ class Cube(BoxMethod):
 
     .. math:: u = r \\frac{x / z - u_0}{u_1 - u_0}, \\quad v = r \\frac{y / z - v_0}{v_1 - v_0}.
 
-    A face that no receiver falls in is not made, and is counted in ``stats["skipped_layers"]``.
+    A face that no receiver falls in is not made, and is counted in ``stats["skipped_layers"]``. A
+    light far away (see `PointLight`) has one map of what it sees of the scene.
 
     Limits: up to six passes over the casters. A texel in a corner of a whole face covers a fifth of
     the solid angle of one in its middle.
@@ -64,7 +65,8 @@ class DualParaboloid(BoxMethod):
 
     .. math:: u = \\frac{x}{1 + z}, \\quad v = \\frac{y}{1 + z}
 
-    on the unit disc; depth is the distance. The first half looks along the light's axis, or down.
+    on the unit disc; depth is the distance. The first half looks along the light's axis, or down. A
+    light far away (see `PointLight`) has one map of what it sees of the scene.
     Rasterization is exact, so that a floor of two triangles needs no tessellation.
 
     Limits: texels in the middle cover four times the solid angle of those at the rim. The corners

@@ -39,6 +39,8 @@ shader_struct! {
         pub receiver_plane: f32,
         pub filter_radius: f32,
         cone_at_eye: f32,
+        eye_from_axis: [f32; 3],
+        cone_sine: f32,
         light_x: [f32; 4],
         light_y: [f32; 4],
         light_z: [f32; 4],
@@ -105,6 +107,7 @@ impl<'a> Receivers<'a> {
         };
         let from_light = self.eye_from_light();
         let cone = self.light.cone();
+        let eye_from_axis = cone.map_or(DVec3::ZERO, |cone| cone.from_axis(from_light));
         ReceiversUniform {
             ray_x: ray_x.as_vec3().to_array(),
             width: camera.width,
@@ -124,6 +127,8 @@ impl<'a> Receivers<'a> {
             receiver_plane: 0.0,
             filter_radius: 0.0,
             cone_at_eye: cone.map_or(1.0, |cone| cone.depth_of(from_light) as f32),
+            eye_from_axis: eye_from_axis.as_vec3().to_array(),
+            cone_sine: cone.map_or(0.0, |cone| cone.sine as f32),
             light_x: row(projection.x_axis),
             light_y: row(projection.y_axis),
             light_z: row(projection.z_axis),
