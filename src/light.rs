@@ -32,12 +32,12 @@ pub struct Cone {
 impl Cone {
     /// How far inside its surface the end of a vector from the light is.
     pub fn depth_of(&self, from_light: DVec3) -> f64 {
-        let aside = self.from_axis(from_light).length();
-        self.sine * from_light.dot(self.axis) - self.cosine * aside
+        let aside = self.aside(from_light);
+        self.sine * from_light.dot(self.axis) - self.cosine * aside.length()
     }
 
     /// The vector from the axis to the end of one from the light.
-    pub fn from_axis(&self, from_light: DVec3) -> DVec3 {
+    pub fn aside(&self, from_light: DVec3) -> DVec3 {
         from_light.reject_from_normalized(self.axis)
     }
 }

@@ -41,9 +41,7 @@ VARIANTS = [
 def plate_over_floor() -> lx.Scene:
     corners = np.array([(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], float)
     floor, plate = FLOOR * corners, PLATE * corners + (0, HEIGHT, 0)
-    return lx.Scene(
-        np.concatenate([floor, plate]), [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]]
-    )
+    return lx.Scene(np.concatenate([floor, plate]), [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]])
 
 
 def camera(**options) -> lx.Camera:

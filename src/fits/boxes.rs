@@ -101,10 +101,7 @@ pub fn layers_of_light(setting: Setting) -> Vec<Layer> {
 }
 
 /// The layers around a light's position; of a light far away, for which one holds all that it lights, that one.
-pub fn layers_around(
-    setting: Setting,
-    layers: impl FnOnce(DVec3) -> Vec<Layer>,
-) -> Vec<Layer> {
+pub fn layers_around(setting: Setting, layers: impl FnOnce(DVec3) -> Vec<Layer>) -> Vec<Layer> {
     let far_away = || vec![parallel_layer(setting)];
     setting.near_position().map_or_else(far_away, layers)
 }

@@ -38,7 +38,8 @@ pub fn fit_uniform(setting: Setting, resolution: u32) -> Projection {
         || (DVec3::INFINITY, DVec3::NEG_INFINITY),
         |a, b| (a.0.min(b.0), a.1.max(b.1)),
     );
-    let rounding = BOX_ROUNDING * ((high - low).length() + (setting.camera.eye - axes.origin).length());
+    let rounding =
+        BOX_ROUNDING * ((high - low).length() + (setting.camera.eye - axes.origin).length());
     let (low, high) = (bounds.0 - rounding, bounds.1 + rounding);
     fit_box(&axes, (low, high), low.z, resolution)
 }

@@ -3,9 +3,7 @@
 //! light that is far away. With H the homography and k the convergence, homogeneous texel = H (q.x, q.y, 1 + k q.z) and
 //! depth = q.z; twin of `shaders/projection/homography.wgsl`, which argues for it.
 
-use super::{
-    Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform, area_across,
-};
+use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform, area_across};
 use crate::lanes::{Lane, V2, V3};
 use glam::{DMat3, DVec2, DVec3};
 

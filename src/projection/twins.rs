@@ -130,7 +130,7 @@ fn case(random: &mut Random) -> [f32; INPUTS] {
     case[12] = case[12].abs().max(1e-3);
     case[13] = case[13].abs().max(1e-3);
     // Rays that are parallel, and that meet beyond the point or before it.
-    case[32] = [0.0, 1e-6, 0.05, 1.0][random.below(4)] * case[32];
+    case[32] *= [0.0, 1e-6, 0.05, 1.0][random.below(4)];
     case
 }
 

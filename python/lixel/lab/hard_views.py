@@ -193,12 +193,12 @@ def _far_away(kind: str, power: int | None) -> View:
     if power is None:
         return scene, camera, DirectionalLight(-towards_light)
     position = towards_light * 10.0**power * _size(scene)
-    light = {
+    lights: dict[str, Light] = {
         "point light": PointLight(position),
         "spot light": SpotLight(position, -towards_light, 0.4),
         "hemisphere light": HemisphereLight(position, -towards_light),
-    }[kind]
-    return scene, camera, light
+    }
+    return scene, camera, lights[kind]
 
 
 def _far_lights(family: str) -> Iterator[Case]:

@@ -5,11 +5,12 @@ the same for all:
 
 * Methods without a map (`exact`, `ray_traced`, `shadow_volumes`) misclassify no pixel; ties of the
   reference are never counted.
-* A view that is a plain one moved, scaled or with other planes of depth, or under a lamp so far away
-  that it is as good as a directional light, has no more misclassified pixels than the plain one, and
-  three standard deviations of such a count: the texels fall elsewhere.
-* In any other view, and of a method that does not take the plain one's light, a map may misclassify pixels where its texels are too wide: nearer than three of
-  them and one pixel to an edge of a shadow, or to an outline, behind which one may hide.
+* A view that is a plain one moved, scaled or with other planes of depth, or under a lamp so far
+  away that it is as good as a directional light, has no more misclassified pixels than the plain
+  one, and three standard deviations of such a count: the texels fall elsewhere.
+* In any other view, and with a method that does not take the plain one's light, a map may
+  misclassify pixels where its texels are too wide: nearer than three of them and one pixel to an
+  edge of a shadow, or to an outline, behind which one may hide.
 
 What is beyond its bound is a fault, or one of the known `LIMITS`.
 """

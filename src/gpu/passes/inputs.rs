@@ -107,7 +107,7 @@ impl<'a> Receivers<'a> {
         };
         let from_light = self.eye_from_light();
         let cone = self.light.cone();
-        let eye_from_axis = cone.map_or(DVec3::ZERO, |cone| cone.from_axis(from_light));
+        let eye_from_axis = cone.map_or(DVec3::ZERO, |cone| cone.aside(from_light));
         ReceiversUniform {
             ray_x: ray_x.as_vec3().to_array(),
             width: camera.width,
