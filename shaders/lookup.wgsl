@@ -16,6 +16,7 @@
 #import warp
 #import lib/axes
 #import lib/receivers
+#import lib/lookup_place
 #import lib/image_tiles
 #import lib/edges
 #import lib/seams
@@ -62,41 +63,51 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             let receiver = load_receiver(receivers, first.x, row);
             if receiver.faces_light {
                 let lit = lit_share(receivers, projection, warp, receiver);
-                visibility[row * receivers.width + first.x] = lit;
+                if lit != UNKNOWN {
+                    visibility[row * receivers.width + first.x] = lit;
+                }
             }
         }
     }
 }
 
+// Of a receiver that the map says nothing of: on the border of two layers the other one may. Until then it is lit.
+const UNKNOWN: f32 = -1.0;
+
 fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver: Receiver) -> f32 {
-    let centred = centred_texel_from_projected(projection, receiver.q);
-    let depth = depth_from_projected(receiver.q);
+    let start = place_of_lookup(receivers, projection, warp, receiver);
     let size = vec2<f32>(projection.size);
     // Off the map there is no caster.
-    if !is_on_map(size, centred + projection.centre) {
-        return 1.0;
+    if !is_on_map(size, start.centred + projection.centre) {
+        return UNKNOWN;
     }
-    let linear = (centred + projection.centre) / size;
-    let warped = warped_from_linear(warp, linear);
-    let own_patch = patch_of(warp, warped, projection.size);
+    let own_patch = patch_of(warp, start.warped, projection.size);
     // The receiver's own texel, or the one beside it whose centre is of the same patch.
-    let own = clamp(vec2<i32>(floor(warped.uv * size)), own_patch.low, own_patch.high);
-    let middle = clamp(own, vec2<i32>(0), vec2<i32>(projection.size) - 1);
-    let normal = projected_from_normal(projection, receiver.normal);
-    let bias = bias_of_receiver(receivers, projection, receiver, normal);
-    if samples > 0u {
-        let place = Place(centred, normal, bias);
-        return share_in_disc(receivers, projection, warp, receiver, place, own_patch, warped.uv * size);
+    let own = clamp(vec2<i32>(floor(start.place)), own_patch.low, own_patch.high);
+    var middle = clamp(own, vec2<i32>(0), vec2<i32>(projection.size) - 1);
+    // Alone it may lie on the inner side of an edge-on surface: then the one across the seam is asked.
+    let outside = vec2<i32>(floor(start.place)) - own;
+    var is_torn_off = !is_rectilinear && reach == 0 && start.is_edge_on && any(outside != vec2<i32>(0));
+    while is_torn_off {
+        is_torn_off = false;
+        let side = select(vec2<i32>(0, sign(outside.y)), vec2<i32>(sign(outside.x), 0), outside.x != 0);
+        let across = texel_across(warp, start.linear, start.warped, side, projection.size);
+        middle = clamp(across, vec2<i32>(0), vec2<i32>(projection.size) - 1);
     }
-    let plane = ReceiverPlane(receiver.q, normal, centred, bias, receiver.triangle);
+    let bias = bias_of_receiver(receivers, projection, receiver, start.normal);
+    let plane = ReceiverPlane(receiver.q, bias, receiver.triangle, start);
+    if samples > 0u {
+        return share_in_disc(receivers, projection, warp, receiver, plane, own_patch, middle);
+    }
     var around = Around(0u, 0u, 0u, 0u, 0u, NO_TRIANGLE);
     var ids: array<u32, 25>;            // of the triangles across seams
     look_beside(receivers, projection, warp, plane, own_patch, middle, &around);
-    look_across_seams(receivers, projection, warp, plane, own_patch, middle, linear, warped, &around, &ids);
+    look_across_seams(receivers, projection, warp, plane, own_patch, middle, &around, &ids);
 
-    var hit = uses_depths && is_behind(around, warped.uv * size - vec2<f32>(middle) - 0.5);
+    let lit = select(1.0, UNKNOWN, around.texels == 0u);
+    var hit = uses_depths && is_behind(around, start.place - vec2<f32>(middle) - 0.5);
     if !uses_triangles {
-        return select(1.0, 0.0, hit);
+        return select(lit, 0.0, hit);
     }
     var candidates = around.candidates;
     while candidates != 0u && !hit {
@@ -108,9 +119,9 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
         if !is_rectilinear {
             id = select(id, ids[place], ((around.moved >> u32(place)) & 1u) != 0u);
         }
-        hit = hits(projection, id, ray_from_projected(projection, receiver.q), depth - bias.rounding);
+        hit = hits(projection, id, plane, receivers.margin);
     }
-    return select(1.0, 0.0, hit);
+    return select(lit, 0.0, hit);
 }
 
 // What is taken off a receiver's depth, twin of src/bias.rs.
@@ -120,20 +131,24 @@ struct Bias {
     least: f32,                         // the same, and what the slope does within a texel
     beam: f32,
     slope: vec2<f32>,                   // per texel along each axis
+    is_edge_on: bool,
 }
 
 fn bias_of_receiver(receivers: Receivers, projection: Projection, receiver: Receiver, normal: vec3<f32>) -> Bias {
-    // Rounding moves a depth, and moves it again by the slope where it moves the texel.
-    let world_slope = 1.0 / abs(dot(receiver.normal, normalize(receiver.from_light)));
+    // Rounding moves a depth, and moves it again by the slope where it moves the texel. Edge-on there is no slope.
+    let edge_on = is_edge_on(receiver);
+    let cosine = abs(dot(receiver.normal, normalize(receiver.from_light)));
+    let world_slope = 1.0 / select(cosine, 1.0, edge_on);
     let rounding = receivers.rounding * world_slope;
     let even = receivers.constant_bias + rounding;
-    let slope = abs(depth_slope(projection, normal, receiver.q));
+    let slope = select(abs(depth_slope(projection, normal, receiver.q)), vec2<f32>(0.0), edge_on);
     return Bias(
         rounding,
         even,
         even + receivers.slope_bias * (slope.x + slope.y),
         receivers.beam_bias * beam_growth(projection, receiver.q),
         slope * receivers.slope_bias,
+        edge_on,
     );
 }
 
@@ -146,7 +161,8 @@ fn least_lit_depth(
     bias: Bias,
     step: vec2<f32>,
 ) -> f32 {
-    let depth = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
+    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
+    let depth = select(on_plane, depth_from_projected(q), bias.is_edge_on);
     // The farther a curved surface is taken for its plane, the more that is wrong.
     return depth - (bias.least + bias.beam * max(1.0, length(step)));
 }
@@ -160,24 +176,24 @@ fn least_lit_depth_in_disc(
     bias: Bias,
     step: vec2<f32>,
 ) -> f32 {
-    let depth = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, DISC_REACH);
+    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, DISC_REACH);
+    let depth = select(on_plane, depth_from_projected(q), bias.is_edge_on);
     // The farther, the more a slope's bias must take off.
     return depth - (bias.even + bias.beam + dot(bias.slope, max(vec2<f32>(1.0), abs(step))));
 }
 
-// The plane of a receiver in the light's projection, and what is taken off its depth.
+// A receiver in the light's projection, what is taken off its depth, and where it is looked up.
 struct ReceiverPlane {
     q: vec3<f32>,
-    normal: vec3<f32>,
-    centred: vec2<f32>,                 // the receiver's texel
     bias: Bias,
     triangle: u32,
+    start: LookupPlace,
 }
 
 // Of the texels around a receiver, a bit each.
 struct Around {
-    texels: u32,                        // that are on the map
-    nearer: u32,                        // that hold something before the receiver's plane
+    texels: u32,                        // that are on the map and before the receiver's surface
+    nearer: u32,                        // of these, that hold something before the receiver's plane
     known: u32,                         // that hold a triangle that was seen before
     candidates: u32,                    // that hold another one, which may be met before the receiver
     moved: u32,                         // that lie across a seam
@@ -194,12 +210,12 @@ fn look_at_texel(
     bit: u32,
     around: ptr<function, Around>,
 ) -> u32 {
-    let step = linear * vec2<f32>(projection.size) - projection.centre - plane.centred;
+    let step = linear * vec2<f32>(projection.size) - projection.centre - plane.start.centred;
     let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
-    (*around).texels |= bit;
-    let depth = least_lit_depth(receivers, projection, plane.q, plane.normal, plane.bias, step);
-    if stored_depth(projection, depth) > stored.depth {
-        (*around).nearer |= bit;
+    let depth = least_lit_depth(receivers, projection, plane.q, plane.start.normal, plane.bias, step);
+    if is_before_surface(plane.start, step) {
+        (*around).texels |= bit;
+        (*around).nearer |= select(0u, bit, stored_depth(projection, depth) > stored.depth);
     }
     return stored.triangle;
 }
@@ -252,19 +268,17 @@ fn look_across_seams(
     plane: ReceiverPlane,
     own_patch: Patch,
     middle: vec2<i32>,
-    linear: vec2<f32>,
-    warped: Warped,
     around: ptr<function, Around>,
     ids: ptr<function, array<u32, 25>>,
 ) {
     let outside = texels_outside(own_patch, middle, reach);
-    var torn = seam_sides(warp, warped, outside);
+    var torn = seam_sides(warp, plane.start.warped, outside);
     while !is_rectilinear && reach > 0 && torn != 0u {
         let i = firstTrailingBit(torn);
         torn &= torn - 1u;
         let side = SIDES[i];
         let along = abs(side.yx);
-        let nearest = texel_across(warp, linear, warped, side, projection.size);
+        let nearest = texel_across(warp, plane.start.linear, plane.start.warped, side, projection.size);
         for (var j = 0; j < outside[i] * (2 * reach + 1); j += 1) {
             let step_out = j / (2 * reach + 1);
             let step_along = j % (2 * reach + 1) - reach;
@@ -321,23 +335,17 @@ fn texel_at(size: vec2<f32>, place: vec2<f32>) -> vec2<i32> {
     return vec2<i32>(clamp(floor(place), vec2<f32>(0.0), size - 1.0));
 }
 
-// A receiver in the light's projection.
-struct Place {
-    centred: vec2<f32>,
-    normal: vec3<f32>,          // of its plane, a covector of projection space
-    bias: Bias,
-}
-
 // A point of the disc is compared as the texel's own ray meets the receiver's plane there, so that a plane
-// never shadows itself. What falls off the layer says nothing: the mean is over the rest.
+// never shadows itself. What falls off the layer says nothing, nor what lies inside an edge-on surface: the mean
+// is over the rest.
 fn share_in_disc(
     receivers: Receivers,
     projection: Projection,
     warp: Warp,
     receiver: Receiver,
-    place: Place,
+    plane: ReceiverPlane,
     own_patch: Patch,
-    middle: vec2<f32>,
+    middle: vec2<i32>,
 ) -> f32 {
     let size = vec2<f32>(projection.size);
     let axes = axes_across(normalize(receiver.from_light));
@@ -347,7 +355,7 @@ fn share_in_disc(
     var lit = 0;
     for (var i = 0u; i < samples; i += 1u) {
         let offset = point_of_disc(i);
-        var texel = middle + offset * receivers.filter_radius;
+        var texel = plane.start.place + offset * receivers.filter_radius;
         if is_unwarped {
             let q = receiver.q + right_step * offset.x + up_step * offset.y;
             let linear = centred_texel_from_projected(projection, q) + projection.centre;
@@ -357,12 +365,16 @@ fn share_in_disc(
         if is_on_map(size, texel) {
             var whole = texel_at(size, texel);
             whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);
-            tests += 1;
-            lit += i32(is_lit_at(receivers, projection, warp, receiver, place, whole));
+            let step = step_to_texel(projection, warp, plane, whole);
+            let counts = i32(is_before_surface(plane.start, step));
+            tests += counts;
+            lit += counts * i32(is_lit_at(receivers, projection, plane, whole, step));
         }
     }
     if tests == 0 {
-        return f32(is_lit_at(receivers, projection, warp, receiver, place, texel_at(size, middle)));
+        let step = step_to_texel(projection, warp, plane, middle);
+        let is_lit = is_lit_at(receivers, projection, plane, middle, step);
+        return select(UNKNOWN, f32(is_lit), is_before_surface(plane.start, step));
     }
     return f32(lit) / f32(tests);
 }
@@ -379,30 +391,38 @@ fn point_of_disc(i: u32) -> vec2<f32> {
     return arm * radius * vec2<f32>(cos(angle), sin(angle));
 }
 
+// From the receiver, in texels of the map before the warp.
+fn step_to_texel(projection: Projection, warp: Warp, plane: ReceiverPlane, texel: vec2<i32>) -> vec2<f32> {
+    let linear = linear_from_texel(warp, texel, projection.size);
+    return linear * vec2<f32>(projection.size) - projection.centre - plane.start.centred;
+}
+
 fn is_lit_at(
     receivers: Receivers,
     projection: Projection,
-    warp: Warp,
-    receiver: Receiver,
-    place: Place,
+    plane: ReceiverPlane,
     texel: vec2<i32>,
+    step: vec2<f32>,
 ) -> bool {
-    let size = vec2<f32>(projection.size);
-    let step = linear_from_texel(warp, texel, projection.size) * size - projection.centre - place.centred;
-    let depth = least_lit_depth_in_disc(receivers, projection, receiver.q, place.normal, place.bias, step);
+    let depth = least_lit_depth_in_disc(receivers, projection, plane.q, plane.start.normal, plane.bias, step);
     let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
     return stored_depth(projection, depth) <= stored.depth;
 }
 
-// Whether a ray meets a triangle before a depth.
-fn hits(projection: Projection, id: u32, ray: vec3<f32>, before: f32) -> bool {
+// Whether a receiver's own ray meets a triangle before it. What reaches over its plane by no more than rounding
+// cannot shadow it: edge-on the depths of both say nothing.
+fn hits(projection: Projection, id: u32, plane: ReceiverPlane, margin: f32) -> bool {
+    let ray = ray_from_projected(projection, plane.q);
     let corners = load_corners(projection, id);
     let triangle = triangle_from_corners(projection, id, corners);
-    let e = vec3<f32>(
-        evaluate_edge(triangle.edge0, ray),
-        evaluate_edge(triangle.edge1, ray),
-        evaluate_edge(triangle.edge2, ray),
-    );
+    let e = edges_at(triangle, ray);
     let depth = clamp(depth_on_plane(projection, triangle.plane, ray), triangle.depths.x, triangle.depths.y);
-    return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && depth < before;
+    let is_before = depth < depth_from_projected(plane.q) - plane.bias.rounding;
+    let heights = vec3<f32>(
+        dot(plane.start.normal, corners.a - plane.q),
+        dot(plane.start.normal, corners.b - plane.q),
+        dot(plane.start.normal, corners.c - plane.q),
+    );
+    let is_level = plane.bias.is_edge_on && max(max(heights.x, heights.y), heights.z) <= margin;
+    return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && is_before && !is_level;
 }

@@ -2,6 +2,7 @@
 #import projection
 #import lib/receivers
 #import lib/image_tiles
+#import lib/lookup_place
 #import warp
 #import lib/seams
 
@@ -33,10 +34,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         let row = pixel.y + i;
         if pixel.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, pixel.x, row);
-            let linear = (centred_texel_from_projected(projection, receiver.q) + projection.centre) / size;
-            let warped = warped_from_linear(warp, linear);
-            let place = warped.uv * size;
-            let corners = tiles_around(tiles, place, reach, size);
+            let start = place_of_lookup(receivers, projection, warp, receiver);
+            let corners = tiles_around(tiles, start.place, reach, size);
             var is_new = receiver.faces_light && any(corners != known);
             while is_new {
                 known = corners;
@@ -44,13 +43,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 mark(tiles, corners);
             }
             if !is_rectilinear {
-                let own_patch = patch_of(warp, warped, projection.size);
-                let outside = texels_outside(own_patch, vec2<i32>(place), i32(ceil(reach)) + 1);
-                var torn = select(0u, seam_sides(warp, warped, outside), receiver.faces_light);
+                let own_patch = patch_of(warp, start.warped, projection.size);
+                let outside = texels_outside(own_patch, vec2<i32>(start.place), i32(ceil(reach)) + 1);
+                var torn = select(0u, seam_sides(warp, start.warped, outside), receiver.faces_light);
                 while torn != 0u {
                     let side = SIDES[firstTrailingBit(torn)];
                     torn &= torn - 1u;
-                    let across = texel_across(warp, linear, warped, side, projection.size);
+                    let across = texel_across(warp, start.linear, start.warped, side, projection.size);
                     mark(tiles, tiles_around(tiles, vec2<f32>(across) + 0.5, reach, size));
                 }
             }

@@ -4,6 +4,8 @@
 use crate::lanes::{Lane, V2, V3};
 use crate::projection::Formulas;
 
+/// The sine of the angle below which a surface is edge-on, see `shaders/lib/lookup_place.wgsl`.
+const EDGE_ON: f64 = 0.01;
 const TEXEL_REACH: f64 = 2.0;
 const DISC_REACH: f64 = 10_000.0;
 
@@ -31,7 +33,7 @@ pub struct Plane<L> {
 
 /// What a rule takes off the depth of one receiver.
 #[derive(Debug, Clone, Copy)]
-pub struct Bias<L> {
+pub struct Bias<L: Lane> {
     pub rounding: L,
     /// The constant and what rounding may do.
     pub even: L,
@@ -40,6 +42,23 @@ pub struct Bias<L> {
     pub beam: L,
     /// Per texel along each axis.
     pub slope: V2<L>,
+    /// Whether the light's rays run along the receiver's plane, which then has no slope.
+    pub is_edge_on: L::Mask,
+}
+
+impl<L: Lane> Plane<L> {
+    /// Whether the ray of a texel, `step` texels from the receiver, says anything of it. `normal` is to the side of
+    /// the light.
+    #[inline(always)]
+    pub fn is_before_surface(
+        &self,
+        kind: &impl Formulas<L>,
+        bias: &Bias<L>,
+        step: V2<L>,
+    ) -> L::Mask {
+        let outward = kind.height_slope(self.normal, self.q);
+        !bias.is_edge_on | L::from_f64(0.0).at_most(outward.dot(step))
+    }
 }
 
 impl<L: Lane> Rule<L> {
@@ -53,24 +72,40 @@ impl<L: Lane> Rule<L> {
         from_light: V3<L>,
     ) -> Bias<L> {
         // Rounding moves a depth, and moves it again by the slope where it moves the texel.
+        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
         let cosine = normal.dot(from_light / from_light.length()).abs();
-        let rounding = self.rounding * (L::from_f64(1.0) / cosine);
+        let is_edge_on = cosine.less(L::from_f64(EDGE_ON));
+        let rounding = self.rounding * (one / L::select(is_edge_on, one, cosine));
         let even = self.constant + rounding;
-        let slope = kind.depth_slope(plane.normal, plane.q).map(L::abs);
+        let slope = kind.depth_slope(plane.normal, plane.q);
+        let slope = slope.map(|slope| L::select(is_edge_on, zero, slope.abs()));
         Bias {
             rounding,
             even,
             least: even + self.slope * (slope.x + slope.y),
             beam: self.beam * kind.beam_growth(plane.q),
             slope: slope * self.slope,
+            is_edge_on,
         }
     }
 
     /// The depth that is compared `step` texels from the receiver, moved by no more than `reach`.
     #[inline(always)]
-    fn depth_at(&self, kind: &impl Formulas<L>, plane: &Plane<L>, step: V2<L>, reach: f64) -> L {
-        let on_plane = step * self.receiver_plane;
-        kind.depth_of_neighbour(plane.normal, plane.q, on_plane, L::from_f64(reach))
+    fn depth_at(
+        &self,
+        kind: &impl Formulas<L>,
+        plane: &Plane<L>,
+        bias: &Bias<L>,
+        step: V2<L>,
+        reach: f64,
+    ) -> L {
+        let (step, reach) = (step * self.receiver_plane, L::from_f64(reach));
+        let on_plane = kind.depth_of_neighbour(plane.normal, plane.q, step, reach);
+        L::select(
+            bias.is_edge_on,
+            kind.depth_from_projected(plane.q),
+            on_plane,
+        )
     }
 
     /// The depth that a texel, `step` texels from the receiver, must hold at least to leave it lit.
@@ -82,7 +117,7 @@ impl<L: Lane> Rule<L> {
         bias: &Bias<L>,
         step: V2<L>,
     ) -> L {
-        let depth = self.depth_at(kind, plane, step, TEXEL_REACH);
+        let depth = self.depth_at(kind, plane, bias, step, TEXEL_REACH);
         // The farther a curved surface is taken for its plane, the more that is wrong.
         depth - (bias.least + bias.beam * step.length().max(L::from_f64(1.0)))
     }
@@ -96,7 +131,7 @@ impl<L: Lane> Rule<L> {
         bias: &Bias<L>,
         step: V2<L>,
     ) -> L {
-        let depth = self.depth_at(kind, plane, step, DISC_REACH);
+        let depth = self.depth_at(kind, plane, bias, step, DISC_REACH);
         // The farther, the more a slope's bias must take off.
         let texels = step.map(|s| s.abs().max(L::from_f64(1.0)));
         depth - (bias.even + bias.beam + bias.slope.dot(texels))
@@ -115,7 +150,7 @@ fn row(i: u32) -> vec3<f32> {
     return vec3<f32>(inputs[i], inputs[i + 1u], inputs[i + 2u]);
 }
 
-fn twin(i: u32) -> array<f32, 8> {
+fn twin(i: u32) -> array<f32, 9> {
     var projection: Projection;
     var receivers: Receivers;
     receivers.constant_bias = inputs[i];
@@ -130,7 +165,11 @@ fn twin(i: u32) -> array<f32, 8> {
     let normal = row(i + 8u);
     let step = row(i + 17u).xy;
     let bias = bias_of_receiver(receivers, projection, receiver, normal);
-    return array<f32, 8>(
+    var start: LookupPlace;
+    start.is_edge_on = bias.is_edge_on;
+    start.outward = height_slope(projection, normal, receiver.q);
+    return array<f32, 9>(
+        f32(is_before_surface(start, step)),
         bias.rounding, bias.even, bias.least, bias.beam, bias.slope.x, bias.slope.y,
         least_lit_depth(receivers, projection, receiver.q, normal, bias, step),
         least_lit_depth_in_disc(receivers, projection, receiver.q, normal, bias, step),
@@ -157,7 +196,9 @@ fn twin(i: u32) -> array<f32, 8> {
         let plane = Plane { q, normal };
         let bias = rule.bias_of_receiver(kind, &plane, row(11), row(14));
         let step = row(17).xy();
+        let is_before_surface = plane.is_before_surface(kind, &bias, step);
         vec![
+            L::select(is_before_surface, L::from_f64(1.0), L::from_f64(0.0)),
             bias.rounding,
             bias.even,
             bias.least,
@@ -185,6 +226,11 @@ fn twin(i: u32) -> array<f32, 8> {
             let mut case = || {
                 let mut case = [0.0; INPUTS].map(|_: f32| random.number());
                 case[4] = random.below(2) as f32;
+                if random.below(2) == 0 {
+                    // The ray runs along the plane, all but.
+                    let [x, y] = [case[14], case[15]];
+                    (case[11], case[12], case[13]) = (-y, x, 1e-3 * case[13]);
+                }
                 case
             };
             let cases: Vec<_> = (0..20_000).map(|_| case()).collect();

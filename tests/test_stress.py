@@ -45,8 +45,9 @@ def test_references_of_hard_views_are_more_than_ties():
     for case in CASES:
         truth = lx.reference(*(case.truth or case.make)())
         ties = np.count_nonzero(truth.covered & (truth.tie | truth.triangle_tie))
-        # A light along the floor, or in it, makes a tie of all of it.
-        assert ties < 0.2 * truth.covered.sum() or case.family == "light", str(case)
+        # A light along a floor or a wall, or in it, makes a tie of all of it that nothing shadows.
+        is_along = case.family in ("light", "edge-on", "low sun")
+        assert ties < 0.2 * truth.covered.sum() or is_along, str(case)
         assert ties < 0.7 * truth.covered.sum(), str(case)
 
 

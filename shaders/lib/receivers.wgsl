@@ -25,6 +25,9 @@ struct Receivers {
     cone_at_eye: f32,           // how far the eye is inside the cone, see `depth_in_cone`
     eye_from_axis: vec3<f32>,   // of the cone
     cone_sine: f32,
+    margin: f32,                // what rounding may move a position across its surface, world units
+    padding: f32,
+    more_padding: vec2<f32>,
     // Rows of the affine map from camera projection space to the light's projection space.
     light_x: vec4<f32>,
     light_y: vec4<f32>,

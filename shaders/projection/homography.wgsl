@@ -120,6 +120,11 @@ fn place_slopes(projection: Projection, place: vec2<f32>) -> mat2x2<f32> {
     );
 }
 
+// Height over the plane through a point, per texel along each axis.
+fn height_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+    return width_at(projection, q.z) * normal.xy * place_slopes(projection, place_from_projected(projection, q));
+}
+
 // Depth per texel of the plane through a point.
 fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
     let place = place_from_projected(projection, q);

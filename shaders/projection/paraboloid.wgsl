@@ -73,8 +73,8 @@ fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2
     return select(vec2<f32>(FAR), lengths * rounding / range, range > vec2<f32>(0.0));
 }
 
-// Depth per texel of the plane through a point.
-fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+// Height over the plane through a point, per texel along each axis.
+fn height_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
     let place = plane_from_projected(q);
     let growth = 2.0 / (1.0 + dot(place, place));
     let ray = normalize(q);
@@ -83,7 +83,12 @@ fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<
     let along_x = growth * (vec3<f32>(1.0, 0.0, -place.x) - ray * place.x);
     let along_y = growth * (vec3<f32>(0.0, 1.0, -place.y) - ray * place.y);
     let changes = vec2<f32>(dot(normal, along_x), dot(normal, along_y));
-    return -length(q) * changes / (dot(normal, ray) * projection.scale);
+    return changes / projection.scale;
+}
+
+// Depth per texel of the plane through a point.
+fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+    return -length(q) * height_slope(projection, normal, q) / dot(normal, normalize(q));
 }
 
 // Depth of the plane through a point where a ray `step` texels away meets it; no more than `most` times

@@ -49,6 +49,11 @@ fn depths_on_plane_in_box(projection: Projection, plane: vec3<f32>, middle: vec2
     return select(vec2<f32>(FAR), 1.0 / range, range > vec2<f32>(0.0));
 }
 
+// Height over the plane through a point, per texel along each axis.
+fn height_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
+    return normal.xy;
+}
+
 // Depth per texel of the plane through a point.
 fn depth_slope(projection: Projection, normal: vec3<f32>, q: vec3<f32>) -> vec2<f32> {
     return -normal.xy * q.z * q.z / dot(normal, q);

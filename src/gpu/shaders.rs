@@ -31,6 +31,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/invocations"),
     file!("lib/light_grid"),
     file!("lib/light_rays"),
+    file!("lib/lookup_place"),
     file!("lib/normals"),
     file!("lib/parallel_rays"),
     file!("lib/parts"),

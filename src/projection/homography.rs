@@ -121,6 +121,13 @@ impl<L: Lane> Formulas<L> for Homography<L> {
     }
 
     #[inline(always)]
+    fn height_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
+        let normal = normal.xy() * self.width_at(q.z);
+        let [right, down] = self.place_slopes(self.place_from_projected(q));
+        V2::new(normal.dot(right), normal.dot(down))
+    }
+
+    #[inline(always)]
     fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
         let place = self.place_from_projected(q);
         let slope = -normal.xy() / self.steepness_at(normal, place) * self.width_at(q.z);

@@ -81,6 +81,8 @@ pub trait Formulas<L: Lane> {
     /// Coefficients of the plane through a point, at a height: the normal's product with any point of the plane.
     fn depth_plane(&self, normal: V3<L>, q: V3<L>, height: L) -> V3<L>;
     fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L;
+    /// Height over the plane through a point, per texel along each axis.
+    fn height_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L>;
     /// Depth per texel of the plane through a point.
     fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L>;
     /// Depth of the plane through a point where a ray `step` texels away meets it; around a light no more than

@@ -84,7 +84,7 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
     }
 
     #[inline(always)]
-    fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
+    fn height_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
         let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
         let place = Self::plane_from_projected(q);
         let growth = L::from_f64(2.0) / (one + place.dot(place));
@@ -94,8 +94,14 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
         let along_x = (V3::new(one, zero, -place.x) - ray * place.x) * growth;
         let along_y = (V3::new(zero, one, -place.y) - ray * place.y) * growth;
         let changes = V2::new(normal.dot(along_x), normal.dot(along_y));
-        let slopes = self.scale * normal.dot(ray);
-        (changes * -q.length()).zip(slopes, L::div)
+        changes.zip(self.scale, L::div)
+    }
+
+    #[inline(always)]
+    fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
+        let cosine = normal.dot(q / q.length());
+        self.height_slope(normal, q)
+            .map(|height| -q.length() * height / cosine)
     }
 
     #[inline(always)]

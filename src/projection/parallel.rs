@@ -54,6 +54,11 @@ impl<L: Lane> Formulas<L> for Parallel {
     }
 
     #[inline(always)]
+    fn height_slope(&self, normal: V3<L>, _: V3<L>) -> V2<L> {
+        normal.xy()
+    }
+
+    #[inline(always)]
     fn depth_slope(&self, normal: V3<L>, _: V3<L>) -> V2<L> {
         -normal.xy() / normal.z
     }

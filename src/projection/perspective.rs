@@ -51,6 +51,11 @@ impl<L: Lane> Formulas<L> for Perspective {
     }
 
     #[inline(always)]
+    fn height_slope(&self, normal: V3<L>, _: V3<L>) -> V2<L> {
+        normal.xy()
+    }
+
+    #[inline(always)]
     fn depth_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
         -normal.xy() * q.z * q.z / normal.dot(q)
     }

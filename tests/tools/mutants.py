@@ -118,8 +118,8 @@ MUTANTS = (
     ),
     Mutant(
         "tears", "a receiver's own texel may be of another patch", LOOKUP,
-        "clamp(vec2<i32>(floor(warped.uv * size)), own_patch.low, own_patch.high);",
-        "vec2<i32>(floor(warped.uv * size));", TORN,
+        "clamp(vec2<i32>(floor(start.place)), own_patch.low, own_patch.high);",
+        "vec2<i32>(floor(start.place));", TORN,
     ),
     Mutant(
         "tears", "the nearest texel across is not found along the rows", GRID,

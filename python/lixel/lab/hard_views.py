@@ -233,6 +233,99 @@ def _all_in_a_ball() -> View:
     )
 
 
+# --- Suns along walls, lamps in their planes, low suns ---
+
+SIDES = 8
+"""Of the house: whichever multiple of 45 degrees a sun comes from, it runs along walls of it."""
+
+APOTHEM, WALL, EAVES = 1.6, 2.0, 2.1
+"""Of the house: from its middle to a wall, the height of the walls, and half the roof's width."""
+
+
+def _around(apothem: float, height: float) -> Vector:
+    """Corners of an octagon whose sides face 0, 45, 90, ... degrees of azimuth."""
+    angle = np.radians(45.0 * np.arange(SIDES) + 22.5)
+    radius = apothem / math.cos(math.pi / SIDES)
+    # Walls that face along an axis lie across it, whatever sine and cosine round.
+    sides = np.round(radius * np.array([np.sin(angle), np.cos(angle)]), 12)
+    return np.column_stack([sides[0], np.full(SIDES, height), sides[1]])
+
+
+def _prism(apothem: float, low: float, high: float, *, is_open: bool = False) -> Mesh:
+    corners = np.concatenate([_around(apothem, low), _around(apothem, high)])
+    here, there = np.arange(SIDES), np.roll(np.arange(SIDES), -1)
+    faces = [np.column_stack([here, there, there + SIDES])]
+    faces += [np.column_stack([here, there + SIDES, here + SIDES])]
+    if not is_open:
+        fan = np.column_stack([np.zeros(SIDES - 2, int), here[1:-1], there[1:-1]])
+        faces += [fan[:, ::-1], fan + SIDES]
+    return corners, np.concatenate(faces)
+
+
+def _house_lit_by(light: Light) -> View:
+    """Eight walls under a roof that juts out, in a yard with a low fence."""
+    parts = [_floor(12.0), _prism(APOTHEM, 0.0, WALL), _prism(EAVES, WALL, 2.15)]
+    scene = joined([*parts, _prism(4.0, 0.0, 0.9, is_open=True)])
+    return scene, _camera((2.6, 2.1, 6.8), (0.0, 0.9, 0.0)), light
+
+
+def _sun(azimuth: float, elevation: float) -> DirectionalLight:
+    a, e = math.radians(azimuth), math.radians(elevation)
+    to_sun = math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)
+    return DirectionalLight([-c for c in to_sun])
+
+
+def _edge_on(family: str) -> Iterator[Case]:
+    for elevation in (1.0, 15.0, 45.0, 89.9, 90.0):
+        for azimuth in np.arange(0.0, 360.0, 45.0):
+            turned = _sun(azimuth + 1.0, min(elevation, 89.0))
+            of = partial(_house_lit_by, turned)
+            suns = {"": _sun(azimuth, elevation)}
+            if azimuth % 90.0 == 0.0 and elevation in (15.0, 90.0):
+                # No component is left of what sine and cosine round.
+                exact = np.where(
+                    np.abs(suns[""].direction) < 1e-9, 0.0, np.asarray(suns[""].direction)
+                )
+                suns[", no rounding"] = DirectionalLight(exact)
+            for words, sun in suns.items():
+                name = f"sun at {azimuth:g} degrees, {elevation:g} above the floor{words}"
+                quick = (azimuth, elevation) in ((0.0, 90.0), (90.0, 15.0), (135.0, 45.0))
+                yield Case(family, name, partial(_house_lit_by, sun), of=of, quick=quick)
+    for (azimuth, height), gap in itertools.product(
+        ((0.0, 1.0), (45.0, 3.5), (90.0, 1.5), (315.0, 2.5)), (0.0, 1e-9, 1e-4)
+    ):
+        make = partial(_lamp_before_wall, azimuth, height, gap)
+        of = partial(_lamp_before_wall, azimuth, height, 3.0 * math.radians(1.0))
+        name = f"a lamp {gap:g} before the plane of the wall at {azimuth:g} degrees"
+        yield Case(family, name, make, of=of, quick=gap == 1e-9)
+
+
+def _lamp_before_wall(azimuth: float, height: float, gap: float) -> View:
+    a = math.radians(azimuth)
+    out, along = np.array([math.sin(a), math.cos(a)]), np.array([math.cos(a), -math.sin(a)])
+    x, z = (APOTHEM + gap) * out + 3.0 * along
+    return _house_lit_by(PointLight((x, height, z)))
+
+
+def _blocks_lit_by(light: Light) -> View:
+    """Blocks of many heights on a floor, from above."""
+    random = np.random.default_rng(2)
+    parts: list[tuple[Any, Any]] = [_floor(6.0)]
+    for x, z in itertools.product((-4.0, -2.0, 0.0, 2.0, 4.0), repeat=2):
+        height = random.uniform(0.2, 2.0)
+        parts.append(moved(created("box"), scale=(0.8, height, 0.8), to=(x, height / 2, z)))
+    return joined(parts), _camera((6.5, 7.0, 8.5), (0.0, 0.0, 0.0)), light
+
+
+def _low_sun(family: str) -> Iterator[Case]:
+    for azimuth in (110.0, 205.0):
+        of = partial(_blocks_lit_by, _sun(azimuth, 1.0))
+        for degrees in (2.0, 0.5, 0.1, 0.03, 0.01, 1e-3, 1e-4):
+            name = f"{degrees:g} degrees high, at {azimuth:g} degrees"
+            make = partial(_blocks_lit_by, _sun(azimuth, degrees))
+            yield Case(family, name, make, of=of, quick=degrees in (0.03, 1e-3))
+
+
 # --- Geometry ---
 
 
@@ -419,6 +512,8 @@ FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
     "depth range": _depth_range,
     "light": _lights,
     "far light": _far_lights,
+    "edge-on": _edge_on,
+    "low sun": _low_sun,
     "geometry": _geometry,
     "huge floor": _floors,
     "image": _images,

@@ -20,7 +20,7 @@ pub struct DepthBias {
     pub slope: f64,
     /// Whether the receiver's plane is evaluated on the texel's own ray.
     pub receiver_plane: bool,
-    /// Bound of the rounding error of a position in light space, world units.
+    /// Bound of the rounding error of a depth, world units; none where the user gave the whole bias.
     pub rounding: f64,
 }
 
@@ -80,6 +80,8 @@ pub struct LookupInput<'a> {
     pub texels: &'a wgpu::Buffer,
     pub comparison: Comparison,
     pub bias: DepthBias,
+    /// Bound of the rounding error of a position in light space, world units.
+    pub rounding: f64,
 }
 
 /// Answers for the receivers of the layer; the other pixels keep what they have. Per pixel, float32: 1 lit, 0 in
@@ -101,6 +103,7 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
     let filter = comparison.filter;
     uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
     uniform.rounding = (bias.rounding * unit) as f32;
+    uniform.margin = map.rounding as f32;
     let rows = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("lookup")
         .projection(&frame.gpu, 0, projection, seen.scene.origin)

@@ -24,13 +24,14 @@ shader_struct! {
 }
 
 /// Records the pass; 1 for each tile, in rows, that a receiver may ask for, whose lookup takes `reach` texels
-/// on each side of its own, less than a tile.
+/// on each side of its own, less than a tile. Positions are known to `rounding`.
 pub fn receiver_tiles(
     frame: &mut Recording,
     seen: Receivers,
     projection: &Projection,
     warp: Option<&WarpMap>,
     reach: u8,
+    rounding: f64,
 ) -> Result<PooledBuffer> {
     let [columns, rows] = tiles_of_map(projection);
     let tiles = frame.storage(LABEL, 4 * u64::from(columns) * u64::from(rows))?;
@@ -40,12 +41,14 @@ pub fn receiver_tiles(
         columns,
         reach: f32::from(reach) + SLACK,
     };
+    let mut receivers = seen.uniform(projection);
+    receivers.margin = rounding as f32;
     let rows_per_invocation = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("receiver_tiles")
         .projection(&frame.gpu, 0, projection, seen.scene.origin)
         .uniform(&frame.gpu, 1, &uniform)
         .bind(2, &tiles)
-        .receivers(&frame.gpu, seen, &seen.uniform(projection))
+        .receivers(&frame.gpu, seen, &receivers)
         .tiles(seen, rows_per_invocation)
         .warp(warp);
     frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows_per_invocation))]);

@@ -67,19 +67,20 @@ impl View<'_> {
                 rasterization: map.rasterization,
                 ..RasterJob::plain(projection)
             };
-            let tiles = self.receiver_tiles(seen, whole, map.lookup)?;
+            let rounding = position_rounding(projection, self.camera.eye);
+            let tiles = self.receiver_tiles(seen, whole, map.lookup, rounding)?;
             let drawn = RasterJob {
                 receiver_tiles: tiles.as_deref(),
                 ..whole
             };
             let texels = shadow_map::shadow_map(&mut self.frame, self.seen.scene, drawn)?;
-            let rounding = position_rounding(projection, self.camera.eye);
             let looked = LookupInput {
                 projection,
                 warp: plan.warp.as_ref(),
                 texels: &texels,
                 comparison: map.lookup,
                 bias: map.bias.depth_bias(projection, rounding),
+                rounding,
             };
             lookup::lookup(&mut self.frame, seen, looked, &visibility);
             layers.push(RasterizedLayer {
@@ -98,6 +99,7 @@ impl View<'_> {
         seen: Receivers,
         map: RasterJob,
         lookup: Comparison,
+        rounding: f64,
     ) -> Result<Option<PooledBuffer>> {
         let is_small = map.projection.texel_count() < seen.camera.pixel_count();
         // A disc may be of any size.
@@ -105,7 +107,8 @@ impl View<'_> {
             return Ok(None);
         }
         let (frame, reach) = (&mut self.frame, lookup.reach);
-        receiver_tiles::receiver_tiles(frame, seen, map.projection, map.warp, reach).map(Some)
+        receiver_tiles::receiver_tiles(frame, seen, map.projection, map.warp, reach, rounding)
+            .map(Some)
     }
 
     /// The visibility image by testing casters against receivers that are listed in the texels of each
