@@ -56,7 +56,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
             + projection.step_z.xyz * from_eye.z;
         cosine = abs(dot(normal, from_eye)) / max(length(world), 1e-30);
     }
-    var value = importance_of_surface(z, cosine, forward.normal_bonus);
+    var value = importance_of_surface(z, texel_width(projection, q), cosine, forward.normal_bonus);
     let uv = place / vec2<f32>(projection.size);
     if uses_shadow_edge {
         value *= shadow_edges[texel];

@@ -40,9 +40,17 @@ const BOUNDARY_BLOCK: u32 = 4u;         // as in boundary.wgsl
 const OFF_THE_MAP: f32 = 0.501;
 
 // Desired view (5.1): every receiver has a part. The others are factors.
-fn importance_of(importance: Importance, receiver: Receiver, pixel: vec2<u32>, width: u32, uv: vec2<f32>) -> f32 {
+fn importance_of(
+    projection: Projection,
+    importance: Importance,
+    receiver: Receiver,
+    pixel: vec2<u32>,
+    width: u32,
+    uv: vec2<f32>,
+) -> f32 {
+    let texel = texel_width(projection, receiver.q);
     let cosine = abs(dot(receiver.normal, normalize(receiver.ray)));
-    var value = importance_of_surface(receiver.depth, cosine, importance.normal_bonus);
+    var value = importance_of_surface(receiver.depth, texel, cosine, importance.normal_bonus);
     if uses_shadow_edge {
         let size = importance.shadow_edges;
         value *= shadow_edges[cell_at(uv.y, size) * size + cell_at(uv.x, size)];
@@ -80,7 +88,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                 let line = cell_at(place.x, importance.cells);
                 let cell = line * importance.cells + cell_at(place.y, importance.cells);
                 let pixel = vec2<u32>(first.x, row);
-                let weight = importance_of(importance, receiver, pixel, receivers.width, uv);
+                let weight = importance_of(projection, importance, receiver, pixel, receivers.width, uv);
                 if counts {
                     atomicAdd(&importance_map[cell], u32(round(weight * importance.unit)));
                 } else {

@@ -64,6 +64,60 @@ def test_backward_product_of_everything_but_edges(view):
     assert_mostly_equal(frame.importance_map[0], maxima(frame, values))
 
 
+def widths_of_texels(frame: lx.Frame, layer: int, points: np.ndarray) -> np.ndarray:
+    """The root of a texel's area in the plane of constant depth through each point, by finite
+    differences of the places that the light matrix gives."""
+    matrix = frame.light_matrix[layer]
+    depth_axis = matrix[2, :3] / np.linalg.norm(matrix[2, :3])
+    across = np.linalg.svd(depth_axis[None])[2][1:]
+    step = 1e-4 * np.ptp(points, axis=0).max()
+
+    def texels(p: np.ndarray) -> np.ndarray:
+        homogeneous = p @ matrix[:, :3].T + matrix[:, 3]
+        return homogeneous[..., :2] / homogeneous[..., 3:]
+
+    x, y = ((texels(points + step * a) - texels(points - step * a)) / (2 * step) for a in across)
+    return 1 / np.sqrt(np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]))
+
+
+@pytest.mark.parametrize("analysis", ["backward", "forward"])
+@pytest.mark.parametrize("fit", ["lispsm", "scene_optimized", "desired_view", "cube", "spot"])
+def test_distance_knows_the_texels_that_the_fit_gave(view, fit, analysis):
+    """Importance is the width of the fit's texels over the distance, but for a constant."""
+    scene, camera, light = view
+    low, high = scene.bounds
+    position = 0.5 * (low + high) + (high - low) * (0.1, 0.3, 0.15)
+    if fit == "cube":
+        light = lx.PointLight(position)
+    elif fit == "spot":
+        light = lx.SpotLight(position, (0.3, -1.0, 0.2), 0.8)
+    chosen = lx.RectilinearWarp(fit=fit, analysis=analysis, **RTW)
+    frame = lx.render(scene, camera, light, chosen)
+    layer = len(frame.light_matrix) - 1
+    matrix = frame.light_matrix[layer]
+    points = frame.position[frame.facing]
+    homogeneous = points @ matrix[:, :3].T + matrix[:, 3]
+    size = frame.shadow_map.shape[1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        uv = homogeneous[:, :2] / homogeneous[:, 3:] / size
+    # A face of a cube takes what is in its pyramid.
+    axes = frame.light_matrix[:, 3] if fit == "cube" else matrix[None, 3]
+    of_axes = np.column_stack([points, np.ones(len(points))]) @ axes.T
+    mine = (homogeneous[:, 3] > 0) & ((uv > 0) & (uv < 1)).all(axis=1)
+    mine &= of_axes.argmax(axis=1) == layer
+    values = widths_of_texels(frame, layer, points[mine]) / frame.depth[frame.facing][mine]
+    expected = np.zeros((CELLS, CELLS))
+    column, row = (uv[mine] * CELLS).astype(int).T
+    np.maximum.at(expected, (row, column), values)
+    found = frame.importance_map[layer]
+    both = (found > 0) & (expected > 0)
+    assert both.sum() > 30
+    ratio = found[both] / expected[both]
+    middle = np.median(ratio)
+    # The light may see more of a cell than the camera does.
+    assert (np.abs(ratio / middle - 1) < 0.02).mean() > (0.95 if analysis == "backward" else 0.6)
+
+
 @pytest.mark.parametrize(
     "importance", ["desired_view", "distance", "normal", ("distance", "normal")]
 )

@@ -153,6 +153,14 @@ fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
     return width_at(projection, q.z) * max(length(slopes[0]), length(slopes[1]));
 }
 
+// How wide a texel is at a point, against others of the same map: the root of its area across the axis, which grows as
+// the third power of w.
+fn texel_width(projection: Projection, q: vec3<f32>) -> f32 {
+    let place = place_from_projected(projection, q);
+    let w = abs(dot(projection.texel_from_place[2].xyz, vec3<f32>(place, 1.0)));
+    return width_at(projection, q.z) * w * sqrt(w);
+}
+
 fn grown_by_corner(projection: Projection, extent: Extent, texel: vec3<f32>) -> Extent {
     let is_seen = texel.z >= projection.least_w;
     let place = texel.xy / texel.z;

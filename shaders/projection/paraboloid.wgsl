@@ -104,6 +104,12 @@ fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
     return length(q);
 }
 
+// How wide a texel is at a point, against others of the same map: the stereographic projection scales alike in all
+// directions.
+fn texel_width(projection: Projection, q: vec3<f32>) -> f32 {
+    return length(q) + q.z;
+}
+
 // Takes in the outermost place, along one axis, of the circle of an edge, if the edge reaches it: the
 // direction (2 t, 1 - t^2) lies on the edge's great circle, so it is on the edge from a to b if it is
 // on b's side of a and on a's side of b.

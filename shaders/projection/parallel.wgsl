@@ -60,6 +60,11 @@ fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
     return 1.0;
 }
 
+// How wide a texel is at a point, against others of the same map: the root of its area across the axis.
+fn texel_width(projection: Projection, q: vec3<f32>) -> f32 {
+    return 1.0;
+}
+
 fn texels_of_triangle(projection: Projection, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Extent {
     return Extent(min(min(a.xy, b.xy), c.xy), max(max(a.xy, b.xy), c.xy));
 }

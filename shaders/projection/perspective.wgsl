@@ -71,6 +71,11 @@ fn beam_growth(projection: Projection, q: vec3<f32>) -> f32 {
     return q.z;
 }
 
+// How wide a texel is at a point, against others of the same map: the root of its area across the axis.
+fn texel_width(projection: Projection, q: vec3<f32>) -> f32 {
+    return q.z;
+}
+
 fn grown_by_corner(projection: Projection, extent: Extent, a: vec3<f32>) -> Extent {
     let texel = a.xy / a.z;
     let is_seen = a.z >= projection.z_min;

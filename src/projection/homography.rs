@@ -154,6 +154,14 @@ impl<L: Lane> Formulas<L> for Homography<L> {
         let [right, down] = self.place_slopes(self.place_from_projected(q));
         self.width_at(q.z) * right.length().max(down.length())
     }
+
+    // The area grows as the third power of w.
+    #[inline(always)]
+    fn texel_width(&self, q: V3<L>) -> L {
+        let place = self.place_from_projected(q);
+        let w = self.texel_from_place[2].dot(place.extend(L::from_f64(1.0))).abs();
+        self.width_at(q.z) * w * w.sqrt()
+    }
 }
 
 /// Rows of a matrix.

@@ -90,6 +90,8 @@ pub trait Formulas<L: Lane> {
     fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, most: L) -> L;
     /// How much wider a texel's beam is at a point than at the depth that widths are given for.
     fn beam_growth(&self, q: V3<L>) -> L;
+    /// How wide a texel is at a point, against others of the same map: the root of its area across the axis.
+    fn texel_width(&self, q: V3<L>) -> L;
 }
 
 /// What else there is to know of a kind, in float64.

@@ -115,6 +115,12 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
     fn beam_growth(&self, q: V3<L>) -> L {
         q.length()
     }
+
+    // The stereographic projection scales alike in all directions.
+    #[inline(always)]
+    fn texel_width(&self, q: V3<L>) -> L {
+        q.length() + q.z
+    }
 }
 
 impl Paraboloid {
@@ -153,8 +159,7 @@ impl ProjectionKind for Paraboloid {
 
     // The stereographic projection scales alike in all directions.
     fn texel_area(&self, projection: &Projection, _: &DMat3, point: DVec3) -> f64 {
-        let q = projection.projected_from_point(point);
-        let width = q.length() + q.z;
+        let width = self.texel_width(projection.projected_from_point(point).into());
         width * width / (self.scale.x * self.scale.y)
     }
 

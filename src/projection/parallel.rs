@@ -72,6 +72,11 @@ impl<L: Lane> Formulas<L> for Parallel {
     fn beam_growth(&self, _: V3<L>) -> L {
         L::from_f64(1.0)
     }
+
+    #[inline(always)]
+    fn texel_width(&self, _: V3<L>) -> L {
+        L::from_f64(1.0)
+    }
 }
 
 impl ProjectionKind for Parallel {

@@ -71,6 +71,11 @@ impl<L: Lane> Formulas<L> for Perspective {
     fn beam_growth(&self, q: V3<L>) -> L {
         q.z
     }
+
+    #[inline(always)]
+    fn texel_width(&self, q: V3<L>) -> L {
+        q.z
+    }
 }
 
 impl ProjectionKind for Perspective {

@@ -11,7 +11,7 @@ fn row(i: u32) -> vec4<f32> {
     return vec4<f32>(inputs[i], inputs[i + 1u], inputs[i + 2u], 0.0);
 }
 
-fn twin(i: u32) -> array<f32, 28> {
+fn twin(i: u32) -> array<f32, 29> {
     let q = row(i).xyz;
     let normal = row(i + 3u).xyz;
     let texel = row(i + 6u).xy;
@@ -34,7 +34,7 @@ fn twin(i: u32) -> array<f32, 28> {
     let plane = depth_plane(projection, normal, q, depth);
     let slope = depth_slope(projection, normal, q);
     let height = height_slope(projection, normal, q);
-    return array<f32, 28>(
+    return array<f32, 29>(
         homogeneous.x, homogeneous.y, homogeneous.z,
         centred.x, centred.y,
         point.x, point.y, point.z,
@@ -47,6 +47,7 @@ fn twin(i: u32) -> array<f32, 28> {
         slope.x, slope.y,
         depth_of_neighbour(projection, normal, q, step, most),
         beam_growth(projection, q),
+        texel_width(projection, q),
         height.x, height.y,
     );
 }
@@ -84,6 +85,7 @@ fn outputs<L: Lane>(kind: &impl Formulas<L>, inputs: &[L]) -> Vec<L> {
     found.extend([
         kind.depth_of_neighbour(normal, q, step, most),
         kind.beam_growth(q),
+        kind.texel_width(q),
     ]);
     let height = kind.height_slope(normal, q);
     found.extend([height.x, height.y]);
