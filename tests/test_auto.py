@@ -93,13 +93,32 @@ def test_no_map_is_tried_where_rays_are_cheaper(view, monkeypatch):
     assert lx.render(*view, max_error=0.0).method == lx.Exact()
 
 
-def test_too_little_time_is_said(view):
+def test_too_little_time_is_said(cheap_maps, view):
     frame = lx.render(*view, max_error=0.0, max_ms=1e-3)
     told = frame.stats["auto"]
     assert frame.method.map_resolution == auto.RESOLUTIONS[0]
-    assert told["why"].startswith("nothing keeps both max_error and max_ms")
+    assert told["why"] == "nothing keeps both max_error and max_ms: the fastest map"
     assert told["predicted_error"] is None
     assert lx.render(*view, max_error=0.0, max_ms=1e9).method in (lx.Exact(), lx.RayTraced())
+
+
+@pytest.mark.parametrize("of_rays", [0.5, 0.9, 1.0, 1.1, 3.0, 30.0])
+@pytest.mark.parametrize("max_ms", [1e-3, 1.0, 15.0, 40.0, 200.0, None])
+def test_no_map_is_taken_that_is_expected_slower_and_wrong(of_rays, max_ms, view, monkeypatch):
+    """Whatever the time: rays cost so many times what the smallest map does."""
+    light = view.light
+    smallest = auto.map_for(light, auto.RESOLUTIONS[0])
+    size = view.scene.triangle_count, view.camera.width * view.camera.height
+    of_map = auto.predicted_ms(smallest, light, *size, is_moving=False)
+    changed(monkeypatch, ms={"ray_traced": [of_rays * of_map, 0.0, 0.0, 0.0]})
+    frame = lx.render(*view, max_error=1e-3, max_ms=max_ms)
+    told = frame.stats["auto"]
+    is_exact = frame.method in (lx.Exact(), lx.RayTraced())
+    assert is_exact or told["predicted_ms"] < told["predicted_ms_without_error"]
+    keeps_time = max_ms is None or told["predicted_ms_without_error"] <= max_ms
+    if is_exact and not keeps_time:
+        assert told["why"].endswith("no map is faster than what misclassifies no pixel")
+        assert told["predicted_error"] == 0.0
 
 
 def test_more_time_is_less_error(cheap_maps, view):

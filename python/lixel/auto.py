@@ -27,6 +27,8 @@ from .scene import Scene
 if TYPE_CHECKING:
     from .frame import FrameParts
 
+BOTH_BROKEN = "nothing keeps both max_error and max_ms"
+
 # Texels along each side: the first two maps, and those that follow while they are cheaper than the
 # methods without a wrong pixel.
 RESOLUTIONS = (256, 512, 1024, 2048)
@@ -149,7 +151,9 @@ def choose(
         failed.append(f"{spelled(method)}: {error}")
         why = ""
     if not why and not is_open and trial.parts is not None:
-        why = "nothing keeps both max_error and max_ms: the finest maps within max_ms"
+        is_pair = trial.bound is not None
+        taken = "the finest maps within max_ms" if is_pair else "the fastest map"
+        why = f"{BOTH_BROKEN}: {taken}"
     if why:
         assert trial.parts is not None
         return plan.told(trial, trial.parts, why, failed)
@@ -200,7 +204,10 @@ class _Plan:
             both = RESOLUTIONS[fine - 1 : fine + 1]
             if sum(self.map_ms[n] for n in both) <= self.within:
                 return both, False
-        return RESOLUTIONS[:1], False
+        # Too little time for anything: a map is the answer only where it is expected to be faster than
+        # what misclassifies no pixel.
+        fastest = RESOLUTIONS[:1]
+        return fastest if self.map_ms[fastest[0]] < self.exact_ms else (), False
 
     def goes_on(self, bound: float, method: Method) -> bool:
         """Whether the next finer map promises more than a method without a wrong pixel."""
@@ -210,6 +217,8 @@ class _Plan:
         return next_bound <= self.wanted.max_error and cost < self.exact_ms and is_in_time
 
     def why_no_map(self) -> str:
+        if self.exact_ms > self.within:
+            return f"{BOTH_BROKEN}: no map is faster than what misclassifies no pixel"
         if error_bound(0, self.pixels) > self.wanted.max_error:
             return "max_error is below what two maps can tell"
         return "no pair of maps is cheaper"

@@ -39,7 +39,9 @@ class Auto(ShadowMethod):
         With 0 no map is tried.
     max_ms : float, optional
         Most milliseconds on the GPU. A preference: where no method keeps both, the finest maps
-        whose predicted time is within it are taken, and the statistics say so.
+        whose predicted time is within it are taken, and where there is none, the fastest of a small
+        map and the methods without a misclassified pixel: never a map that is predicted to be
+        slower than one of these. The statistics say so.
 
     Examples
     --------
