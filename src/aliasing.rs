@@ -127,16 +127,17 @@ const STEP: f64 = 1e-3;
 /// greatest of the layers; NaN where none is there.
 pub fn max_effective_resolution(setting: Setting, layers: &[RenderedLayer]) -> DVec2 {
     let resolutions = layers.iter().map(|layer| {
-        let map = &layer.fitted.projection;
-        let lengths = map.kind.smallest_texel(map);
-        let resolution = match map.kind.face_width() {
-            Some(width) => width / lengths,
-            None => {
+        let Layer { projection, region } = &layer.fitted;
+        let lengths = projection.kind.smallest_texel(projection, region);
+        let resolution = match projection.kind.is_central() {
+            // Two units wide at a depth of 1.
+            true => 2.0 / lengths,
+            false => {
                 // One texel is the box, as wide as at the other map's origin.
                 let uniform = fit_uniform(setting, 1);
-                let depth = uniform.projected_from_point(map.origin).z;
+                let depth = uniform.projected_from_point(projection.origin).z;
                 let width = 1.0 + uniform.kind.convergence() * depth;
-                uniform.kind.smallest_texel(&uniform) * width / lengths
+                uniform.kind.smallest_texel(&uniform, region) * width / lengths
             }
         };
         resolution * layer.warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)

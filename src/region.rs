@@ -26,6 +26,10 @@ impl Region {
         Self(half_spaces)
     }
 
+    pub fn half_spaces(&self) -> &[HalfSpace] {
+        &self.0
+    }
+
     pub fn is_everywhere(&self) -> bool {
         self.0.is_empty()
     }

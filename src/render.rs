@@ -30,6 +30,7 @@ pub enum Output {
     ImportanceMap,
     WarpMap,
     LightMatrix,
+    Projections,
     AliasingError,
     LargestAliasingError,
     MaxEffectiveResolution,
@@ -41,6 +42,7 @@ const OUTPUTS: &[(&str, Output)] = &[
     ("importance_map", Output::ImportanceMap),
     ("warp_map", Output::WarpMap),
     ("light_matrix", Output::LightMatrix),
+    ("projections", Output::Projections),
     ("aliasing_error", Output::AliasingError),
     ("largest_aliasing_error", Output::LargestAliasingError),
     ("max_effective_resolution", Output::MaxEffectiveResolution),
@@ -49,7 +51,7 @@ const OUTPUTS: &[(&str, Output)] = &[
 /// A set of them, and how they are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    set: u8,
+    set: u16,
     /// Whether what cannot change a picture is left out.
     culls: bool,
 }

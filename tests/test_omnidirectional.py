@@ -235,3 +235,37 @@ def test_around_a_light_in_the_view_an_improved_paraboloid_is_dual_paraboloids()
     truth = lx.reference(scene, camera, light)
     wrong = [lx.compare(frame, truth).misclassified_count for frame in (cut, dual)]
     assert wrong[0] < wrong[1]
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        lx.DualParaboloid(),
+        lx.DualParaboloid(cut="receivers"),
+        lx.ImprovedParaboloid(),
+        lx.ImprovedParaboloid(cut="frustum"),
+    ],
+    ids=name_of,
+)
+def test_effective_resolution_is_that_of_the_finest_texel_of_a_paraboloid(method):
+    """Directions of all texels by the formula of the stereographic projection, their distances by
+    differences; a face of a cube has two units at a distance of one."""
+    scene = floor_and_box()
+    camera = lx.Camera.look_at((4, 5, 7), (0, 0.3, 0), yfov=0.9, **IMAGE)
+    chosen = dataclasses.replace(method, resolution=256)
+    frame = lx.render(scene, camera, lx.PointLight((1.7, 3.1, 2.3)), chosen)
+    finest = np.full(2, np.inf)
+    for projection in frame.projections:
+        assert projection["kind"] == "paraboloid"
+        edges = np.arange(257)
+        x, y = np.meshgrid(edges, edges)
+        places = (np.stack([x, y], axis=-1) - projection["centre"]) / projection["scale"]
+        squared = (places**2).sum(axis=-1, keepdims=True)
+        directions = np.concatenate([2 * places, 1 - squared], axis=-1) / (1 + squared)
+        # A half is for what lies before the light.
+        is_used = (directions[..., 2] >= 0) | (len(projection["region"]) == 0)
+        for axis, of_axis in ((1, 0), (0, 1)):
+            lengths = np.linalg.norm(np.diff(directions, axis=axis), axis=-1)
+            used = np.take(is_used, range(256), axis=axis)
+            finest[of_axis] = min(finest[of_axis], lengths[used].min())
+    assert np.allclose(frame.max_effective_resolution, 2 / finest, rtol=0.02)

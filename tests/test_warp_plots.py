@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import matplotlib as mpl
+import matplotlib.figure
 import numpy as np
 import pytest
 
@@ -66,6 +67,45 @@ def test_the_warp_spreads_what_the_plot_counts(view):
         for warped in (False, True)
     )
     assert after < before
+
+
+POINT, SPOT = lx.PointLight((1.0, 4.0, 2.0)), lx.SpotLight((1.0, 4.0, 2.0), (-0.3, -1, -0.4), 0.8)
+FITS = {
+    "desired_view": None,
+    "lispsm": None,
+    "scene_optimized": None,
+    "cube": POINT,
+    "dual_paraboloid": POINT,
+    "improved_paraboloid": POINT,
+    "spot": SPOT,
+    "desired_view, far": lx.PointLight((3e4, 9e4, 2e4)),
+    "lispsm, far": lx.PointLight((30.0, 90.0, 20.0)),
+    "lispsm, near": POINT,
+}
+
+
+@pytest.mark.parametrize("fit", FITS)
+def test_receivers_are_counted_where_the_device_counts_them(view, fit):
+    """By the formulas of each projection in numpy: the device has counted them for `notw`."""
+    cells = 64
+    method = lx.NonOrthogonalWarp(fit=fit.split(",")[0], importance_resolution=cells)
+    frame = lx.render(view.scene, view.camera, FITS[fit] or view.light, method)
+    assert len(frame.importance_map) > 0
+    ax = mpl.figure.Figure().add_subplot()
+
+    def counted(**options):
+        ax.clear()
+        drawn = warp_plots.receiver_counts(frame, ax, **options).images[0].get_array()
+        return np.ma.filled(drawn, 0)
+
+    for layer, expected in enumerate(frame.importance_map):
+        found = counted(layer=layer, warped=False, cells=cells)
+        assert expected.sum() > 0
+        assert found.sum() == pytest.approx(expected.sum(), rel=0.005, abs=3)
+        # A receiver within rounding of a cell's border may fall on either side.
+        assert np.abs(found - expected).sum() <= 0.01 * expected.sum() + 4
+        after, before = (counted(layer=layer, warped=w, cells=16) for w in (True, False))
+        assert after.max() < before.max()
 
 
 def test_too_few_lines(view):

@@ -142,6 +142,9 @@ class Rendered:
     def light_matrix(self) -> npt.NDArray[np.float64] | None:
         """(layers, 4, 4): before any warp, (column, row, depth, w) in texels from world."""
     @property
+    def projections(self) -> list[dict[str, Any]] | None:
+        """Of each layer: its kind, scale and centre, and the planes of its region."""
+    @property
     def aliasing_error(self) -> npt.NDArray[np.float32] | None:
         """(H, W)."""
     @property

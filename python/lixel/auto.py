@@ -204,8 +204,8 @@ class _Plan:
             both = RESOLUTIONS[fine - 1 : fine + 1]
             if sum(self.map_ms[n] for n in both) <= self.within:
                 return both, False
-        # Too little time for anything: a map is the answer only where it is expected to be faster than
-        # what misclassifies no pixel.
+        # Too little time for anything: a map is the answer only where it is expected to be faster
+        # than what misclassifies no pixel.
         fastest = RESOLUTIONS[:1]
         return fastest if self.map_ms[fastest[0]] < self.exact_ms else (), False
 

@@ -26,6 +26,7 @@ Output: TypeAlias = Literal[
     "importance_map",
     "warp_map",
     "light_matrix",
+    "projections",
     "aliasing_error",
     "largest_aliasing_error",
     "max_effective_resolution",
@@ -75,6 +76,13 @@ class Frame(Receivers):
         what receivers look at.
     light_matrix : (layers, 4, 4) float64
         (column, row, depth, w) in texels of the map, before any warp, from a point in world space.
+        Of a paraboloid the point in its axes, relative to the light.
+    projections : list of dict
+        What each layer's map is beside its matrix: ``kind``, ``"parallel"``, ``"homography"``,
+        ``"perspective"`` or ``"paraboloid"``; the ``scale`` in texels and the ``centre`` of a
+        paraboloid, which takes (x, y, z) in its axes to centre + scale (x, y) / (|(x, y, z)| + z);
+        and the planes (a, b, c, d) of its ``region``: it is for receivers that have
+        a x + b y + c z + d >= 0.
     aliasing_error : (H, W) float32
         The papers' m = w'_l / w'_i: the width of a texel over that of the pixel it falls in; above
         1 shadow edges turn into stairs. NaN where no surface is seen.
@@ -100,6 +108,7 @@ class Frame(Receivers):
     warp_map: npt.NDArray[np.float32]
     shadow_map: npt.NDArray[np.float32]
     light_matrix: npt.NDArray[np.float64]
+    projections: list[dict[str, Any]]
     aliasing_error: npt.NDArray[np.float32]
     largest_aliasing_error: float
     max_effective_resolution: tuple[float, float]

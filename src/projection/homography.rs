@@ -5,6 +5,7 @@
 
 use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform, area_across};
 use crate::lanes::{Lane, V2, V3};
+use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
 
 /// Rows of the matrix from a homogeneous place to a homogeneous centred texel, whose last row is positive before the
@@ -159,7 +160,9 @@ impl<L: Lane> Formulas<L> for Homography<L> {
     #[inline(always)]
     fn texel_width(&self, q: V3<L>) -> L {
         let place = self.place_from_projected(q);
-        let w = self.texel_from_place[2].dot(place.extend(L::from_f64(1.0))).abs();
+        let w = self.texel_from_place[2]
+            .dot(place.extend(L::from_f64(1.0)))
+            .abs();
         self.width_at(q.z) * w * w.sqrt()
     }
 }
@@ -245,12 +248,11 @@ impl ProjectionKind for Homography {
 
     // Widths differ, and the shaders know them.
     fn beam_width(&self, projection: &Projection) -> f64 {
-        let steps = projection.steps();
-        steps.x_axis.length().max(steps.y_axis.length())
+        projection.step_lengths().max_element()
     }
 
     // The nearer to the horizon the larger: the smallest are at a corner.
-    fn smallest_texel(&self, projection: &Projection) -> DVec2 {
+    fn smallest_texel(&self, projection: &Projection, _: &Region) -> DVec2 {
         let steps = projection.steps();
         let places = corners(projection.centre).map(|c| DVec3::from(self.ray_from_texel(c.into())));
         let sides = places.map(|place| {

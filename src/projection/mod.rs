@@ -20,6 +20,7 @@ pub use perspective::Perspective;
 use crate::camera::Camera;
 use crate::gpu::shader_struct::shader_struct;
 use crate::lanes::{Lane, V2, V3};
+use crate::region::Region;
 use crate::rounding::double_single;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::ops::Deref;
@@ -104,15 +105,14 @@ pub trait ProjectionKind: Formulas<f64> {
         true
     }
 
-    /// How wide the face of a cube around the rays' origin is in the plane, where its texels are the finest; none
-    /// of parallel rays.
-    fn face_width(&self) -> Option<f64> {
-        None
+    /// Whether the rays come from the projection's origin.
+    fn is_central(&self) -> bool {
+        false
     }
 
-    /// Whether the rays come from one point.
-    fn is_central(&self) -> bool {
-        self.face_width().is_some()
+    /// Texels per unit of a plane that is no plane of the world.
+    fn plane_scale(&self) -> DVec2 {
+        DVec2::ONE
     }
 
     /// One over how far before the origin rays meet that are nearly parallel.
@@ -140,14 +140,13 @@ pub trait ProjectionKind: Formulas<f64> {
 
     /// The width of the widest texel's beam in world units, at a depth of 1 where the rays part.
     fn beam_width(&self, projection: &Projection) -> f64 {
-        self.smallest_texel(projection).max_element()
+        projection.step_lengths().max_element()
     }
 
-    /// Lengths of the sides of the smallest texel across the axis, world units at a depth of 1 where the
-    /// rays part.
-    fn smallest_texel(&self, projection: &Projection) -> DVec2 {
-        let steps = projection.steps();
-        DVec2::new(steps.x_axis.length(), steps.y_axis.length())
+    /// Lengths of the sides of the smallest texel of a map for a region, across the axis, in world units at a depth of 1
+    /// where the rays part.
+    fn smallest_texel(&self, projection: &Projection, _: &Region) -> DVec2 {
+        projection.step_lengths()
     }
 
     /// No point of the map is farther from another one, or from the origin of the rays, in world units.
@@ -331,6 +330,11 @@ impl Projection {
         self.axes().inverse()
     }
 
+    fn step_lengths(&self) -> DVec2 {
+        let steps = self.steps();
+        DVec2::new(steps.x_axis.length(), steps.y_axis.length())
+    }
+
     /// Homogeneous (column, row, depth, w) in texels from a point in the world; column and row are to
     /// be divided by w, the depth is as it is. Of a
     /// paraboloid, which has no such matrix, the point in the axes that it is taken in.
@@ -503,7 +507,8 @@ mod tests {
                     ));
                 }
             }
-            let got = projection.kind.smallest_texel(&projection);
+            let everywhere = Region::EVERYWHERE;
+            let got = projection.kind.smallest_texel(&projection, &everywhere);
             assert!(
                 (got / least - 1.0).abs().max_element() < 0.1,
                 "{got} {least}"

@@ -4,6 +4,7 @@
 
 use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform};
 use crate::lanes::{Lane, V2, V3};
+use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,9 +140,12 @@ impl ProjectionKind for Paraboloid {
         false
     }
 
-    // A unit of the plane is two of a face's where they touch.
-    fn face_width(&self) -> Option<f64> {
-        Some(1.0)
+    fn is_central(&self) -> bool {
+        true
+    }
+
+    fn plane_scale(&self) -> DVec2 {
+        self.scale.into()
     }
 
     fn plane_radius(&self, angle: f64) -> f64 {
@@ -167,8 +171,21 @@ impl ProjectionKind for Paraboloid {
         2.0 / self.scale.x.min(self.scale.y)
     }
 
-    fn smallest_texel(&self, _: &Projection) -> DVec2 {
-        DVec2::from(self.scale).recip()
+    // The farther from the axis the finer: at a corner, or at the rim where the region is a hemisphere and ends there.
+    fn smallest_texel(&self, projection: &Projection, region: &Region) -> DVec2 {
+        let size = DVec2::new(projection.width.into(), projection.height.into());
+        let [a, b] = [-projection.centre, size - projection.centre];
+        let corners = [a, b, DVec2::new(a.x, b.y), DVec2::new(b.x, a.y)];
+        let squares = corners.map(|corner| {
+            let squared = (corner / self.plane_scale()).length_squared();
+            let (origin, ray) = projection.ray_from_texel(corner + projection.centre);
+            match region.contains(origin + ray) {
+                true => squared,
+                false => squared.min(1.0),
+            }
+        });
+        let farthest = squares.into_iter().fold(0.0, f64::max);
+        self.plane_scale().recip() * (2.0 / (1.0 + farthest))
     }
 
     fn fill(&self, uniform: &mut ProjectionUniform, _: &Projection) {

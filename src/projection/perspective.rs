@@ -83,8 +83,8 @@ impl ProjectionKind for Perspective {
         "projection/perspective"
     }
 
-    fn face_width(&self) -> Option<f64> {
-        Some(2.0)
+    fn is_central(&self) -> bool {
+        true
     }
 
     fn plane_radius(&self, angle: f64) -> f64 {

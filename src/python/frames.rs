@@ -3,6 +3,8 @@
 use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, check_process};
+use crate::aliasing::RenderedLayer;
+use crate::fits::layer::Layer;
 use crate::gpu::view::Stats;
 use crate::light::Light;
 use crate::render::{
@@ -21,6 +23,7 @@ pub struct Rendered {
     importance_map: Option<Py<PyArray3<f32>>>,
     warp_map: Option<Py<PyArray4<f32>>>,
     light_matrix: Option<Py<PyArray3<f64>>>,
+    projections: Option<Vec<Py<PyDict>>>,
     aliasing_error: Option<Py<PyArray2<f32>>>,
     largest_aliasing_error: Option<f64>,
     max_effective_resolution: Option<(f64, f64)>,
@@ -82,6 +85,11 @@ fn to_python(
         });
         array(py, (layers.len(), 4, 4), matrices.collect())
     });
+    let projections = asks(Output::Projections).map(|()| {
+        let projections = layers.iter().map(|layer| projection_to_python(py, layer));
+        projections.collect::<PyResult<_>>()
+    });
+    let projections = projections.transpose()?;
     let importance_map = asks(Output::ImportanceMap).map(|()| {
         let ([count, rows, columns], values) = stacked(frame.importance_maps);
         array(py, (count, rows, columns), values)
@@ -99,6 +107,7 @@ fn to_python(
         importance_map,
         warp_map,
         light_matrix,
+        projections,
         aliasing_error: frame.aliasing_error.map(|error| array(py, shape, error)),
         largest_aliasing_error: frame.largest_aliasing_error,
         max_effective_resolution: frame.max_effective_resolution.map(|size| (size.x, size.y)),
@@ -106,6 +115,21 @@ fn to_python(
         stats: stats_to_python(py, &frame.stats)?.unbind(),
         adapter: adapter_to_python(py, &frame.adapter)?.unbind(),
     })
+}
+
+/// What else than its matrix takes a point to its place in a layer's map.
+fn projection_to_python(py: Python, layer: &RenderedLayer) -> PyResult<Py<PyDict>> {
+    let Layer { projection, region } = &layer.fitted;
+    let file = projection.shader();
+    let result = PyDict::new(py);
+    result.set_item("kind", file.rsplit('/').next())?;
+    result.set_item("scale", projection.kind.plane_scale().to_array())?;
+    result.set_item("centre", projection.centre.to_array())?;
+    let half_spaces = region.half_spaces().iter();
+    let planes = half_spaces.map(|half| half.normal.extend(-half.normal.dot(half.origin)));
+    let planes: Vec<_> = planes.map(|plane| plane.to_array()).collect();
+    result.set_item("region", planes)?;
+    Ok(result.unbind())
 }
 
 /// Maps of (rows, columns, values) as one, layer after layer: the number of layers, rows, columns, and the values.

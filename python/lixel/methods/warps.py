@@ -52,8 +52,8 @@ class WarpMethod(BoxMethod):
         names those that it knows.
 
         - ``"desired_view"`` (rtw) or ``"count"`` (notw): 1 for every receiver.
-        - ``"distance"`` (rtw): one over its distance along the viewing direction (Rosen, 5.2), times
-          the width of the texel that the fit gives it: a fit that is a perspective has done its part.
+        - ``"distance"`` (rtw): one over its distance along the viewing direction (Rosen, 5.2),
+          times the width of the texel that the fit gives it: a perspective has done its part.
         - ``"shadow_edge"``: 1 where the depth seen from the light differs by more than `edge_bias`
           from that of one of the eight texels around, `edge_floor` elsewhere (5.3).
         - ``"normal"``: 1 + `normal_bonus` times the cosine between normal and view (5.4).
