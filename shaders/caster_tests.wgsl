@@ -11,6 +11,7 @@
 // PART, so that no invocation comes near the 65,535 iterations after which some drivers stop in silence.
 #import lib/light_grid
 #import lib/receiver_ray
+#import lib/unsure
 #import lib/work_items
 #import warp
 
@@ -303,28 +304,31 @@ struct GridRay {
     room: f32,
 }
 
-fn grid_ray(grid: LightGrid, caster: Caster, q: vec3<f32>) -> GridRay {
-    let room = PRODUCT_ROUNDING * (caster.farthest + absolute_sum(q));
+fn grid_ray(grid: LightGrid, caster: Caster, q: vec3<f32>, margin: f32) -> GridRay {
+    let room = ROUNDING * (caster.farthest + absolute_sum(q)) + margin;
     let shear = slope_of_ray(grid, q);
     if is_far_away {
-        return GridRay(LightRay(shear, 1.0 / grid.light.z - q.z, 0.0), 2.0 * room * (1.0 + abs(shear.x) + abs(shear.y)));
+        return GridRay(LightRay(shear, 1.0 / grid.light.z - q.z), 2.0 * room * (1.0 + abs(shear.x) + abs(shear.y)));
     }
     if is_local {
         let to_light = grid.light - q;
         // The ray itself turns by its ends' rounding.
         let reach = max(max(abs(caster.a.z - q.z), abs(caster.b.z - q.z)), abs(caster.c.z - q.z)) / to_light.z;
         let turned = (1.0 + reach) * (1.0 + abs(shear.x) + abs(shear.y));
-        return GridRay(LightRay(shear, to_light.z, 0.0), (room + PRODUCT_ROUNDING * absolute_sum(grid.light)) * turned);
+        return GridRay(LightRay(shear, to_light.z), (room + ROUNDING * absolute_sum(grid.light)) * turned);
     }
-    return GridRay(LightRay(shear, 3.0e38, 0.0), room);
+    return GridRay(LightRay(shear, 3.0e38), room);
 }
 
-// Whether the triangle is met on the light ray of the receiver in a pixel.
+// Whether the triangle is met for sure on the light ray of the receiver in a pixel; what float32 does not know is
+// left open.
 fn shadows_pixel(grid: LightGrid, id: u32, pixel: u32) -> bool {
     let width = receivers_uniform.width;
     let receiver = load_receiver(receivers_uniform, pixel % width, pixel / width);
     let ray = ray_of_receiver(receiver, receivers_uniform.is_local > 0.0);
-    return meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
+    let met = meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
+    leave_open_if(met.is_possible && !met.is_certain, pixel, receiver.triangle, id);
+    return met.is_certain;
 }
 
 @compute @workgroup_size(GROUP)
@@ -381,25 +385,23 @@ fn walk(invocation: Invocation) {
             if slot < run_end {
                 tested += 1u;
                 let xy = floats_of(listed[2u * slot]);
-                let z_and_triangle = listed[2u * slot + 1u];
-                let q = vec3<f32>(xy, bitcast<f32>(first_of(z_and_triangle)));
+                let z_and_margin = floats_of(listed[2u * slot + 1u]);
+                let q = vec3<f32>(xy, z_and_margin.x);
                 let a = caster.a - q;
                 let b = caster.b - q;
                 let c = caster.c - q;
-                let in_grid = grid_ray(grid, caster, q);
+                let in_grid = grid_ray(grid, caster, q, z_and_margin.y);
                 let edges = meet_edges(in_grid.ray.shear, a, b, c, in_grid.room);
-                var is_candidate = edges.may_be_near && max(max(a.z, b.z), c.z) > -in_grid.room
-                    && second_of(z_and_triangle) != id;
+                var is_candidate = edges.may_be_inside && max(max(a.z, b.z), c.z) > -in_grid.room;
                 while is_candidate {
                     is_candidate = false;
                     let detail = details[slot];
-                    var ray = in_grid.ray;
-                    ray.margin = bitcast<f32>(first_of(detail));
                     let normal = grid_from_offset(grid, normal_of_triangle(id));
-                    let met = meeting(ray, edges, a, b, c, normal, false, in_grid.room);
-                    if met.is_certain {
+                    let met = meeting(in_grid.ray, edges, a, b, c, normal, in_grid.room);
+                    let is_own = first_of(detail) == id;
+                    if met.is_certain && !is_own {
                         visibility[second_of(detail)] = 0.0;
-                    } else if met.is_possible {
+                    } else if met.is_possible && !is_own {
                         unsure |= 1u << i;
                     }
                 }

@@ -5,6 +5,7 @@
 //   list    the tiles whose part of the view, between the two depths, meets the layer's region
 #import lib/receivers
 #import lib/image_tiles
+#import lib/unsure
 
 @group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
 // Two for each tile: of the nearest depth the inverted bits, of the farthest the bits; 0 where there is none.
@@ -33,7 +34,9 @@ fn begin(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) tiles
             let receiver = load_receiver(receivers, first.x, row);
             // In shadow where it faces away, lit until a caster is met.
             let lit = select(0.0, 1.0, receiver.faces_light);
-            visibility[row * receivers.width + first.x] = select(bitcast<f32>(NO_SURFACE), lit, receiver.is_seen);
+            let pixel = row * receivers.width + first.x;
+            visibility[pixel] = select(bitcast<f32>(NO_SURFACE), lit, receiver.is_seen);
+            leave_open_if(receiver.is_at_rim, pixel, receiver.triangle, NO_CASTER);
             let depth = bitcast<u32>(receiver.depth);
             nearest = max(nearest, select(0u, ~depth, receiver.faces_light));
             farthest = max(farthest, select(0u, depth, receiver.faces_light));

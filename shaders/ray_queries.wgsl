@@ -8,7 +8,7 @@ enable wgpu_ray_query;
 
 @group(0) @binding(4) var boxes: acceleration_structure;
 
-fn is_in_shadow(rays: LightRays, ray: ReceiverRay) -> bool {
+fn is_in_shadow(rays: LightRays, ray: ReceiverRay, pixel: u32) -> bool {
     let search = search_ray(rays, ray);
     var query: ray_query;
     rayQueryInitialize(&query, boxes, RayDesc(0u, 0xffu, 0.0, search.end, search.start, search.direction));
@@ -16,7 +16,7 @@ fn is_in_shadow(rays: LightRays, ray: ReceiverRay) -> bool {
     var is_hit = false;
     while rayQueryProceed(&query) {
         let candidate = rayQueryGetCandidateIntersection(&query);
-        is_hit = meets_searched(rays, ray, candidate.primitive_index);
+        is_hit = meets_searched(rays, ray, pixel, candidate.primitive_index);
         steps += 1u;
         if is_hit || steps >= most_steps {
             break;

@@ -23,9 +23,9 @@
 @group(0) @binding(13) var<storage, read> lengths_of_lists: array<u32>;
 // Of each pixel: its texel and its number there.
 @group(0) @binding(4) var<storage, read_write> places: array<u64>;
-// Two for each receiver: (x, y), (z, triangle) in grid space.
+// Two for each receiver: (x, y), (z, margin) in grid space.
 @group(0) @binding(5) var<storage, read_write> listed: array<u64>;
-// One for each receiver: (margin, pixel).
+// One for each receiver: (triangle, pixel).
 @group(0) @binding(6) var<storage, read_write> details: array<u64>;
 @group(0) @binding(7) var<storage, read_write> sums: array<u32>;
 // Three for each tile: least and greatest linear texel, (farthest z, number of receivers).
@@ -49,8 +49,7 @@ const SCAN_GROUP: u32 = 256u;
 // Whether receivers that the shadow map settles are left out of the lists.
 override settles: bool = true;
 
-// Whether the receiver is met by the triangle that the shadow map holds in its texel: then it is in
-// shadow for sure.
+// Whether the receiver is met for sure by the triangle that the shadow map holds in its texel.
 fn is_settled(grid: LightGrid, receiver: Receiver, linear: vec2<f32>) -> bool {
     let size = f32(grid.map_size);
     let texel = vec2<u32>(clamp(linear * size, vec2<f32>(0.0), vec2<f32>(size - 1.0)));
@@ -61,7 +60,7 @@ fn is_settled(grid: LightGrid, receiver: Receiver, linear: vec2<f32>) -> bool {
     while is_candidate {
         is_candidate = false;
         let ray = ray_of_receiver(receiver, receivers_uniform.is_local > 0.0);
-        is_hit = meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low);
+        is_hit = meets(ray, id, vertices_of_triangle(id), grid.eye_high, grid.eye_low).is_certain;
     }
     return is_hit;
 }
@@ -91,6 +90,7 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             if is_hit {
                 visibility[(grid.first_row + row) * receivers.width + first.x] = 0.0;
             }
+
         }
     }
 }
@@ -181,8 +181,8 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
                 let margin = margin_of_receiver(receiver, point);
                 let slot = starts[texel] + second_of(known);
                 listed[2u * slot] = pair(bitcast<u32>(q.x), bitcast<u32>(q.y));
-                listed[2u * slot + 1u] = pair(bitcast<u32>(q.z), receiver.triangle);
-                details[slot] = pair(bitcast<u32>(margin), (grid.first_row + row) * receivers.width + first.x);
+                listed[2u * slot + 1u] = pair(bitcast<u32>(q.z), bitcast<u32>(margin));
+                details[slot] = pair(receiver.triangle, (grid.first_row + row) * receivers.width + first.x);
             }
         }
     }

@@ -10,7 +10,7 @@
 // corner, leaf). A leaf is the index of its first triangle times 16 plus their number; 0 is no leaf.
 @group(0) @binding(4) var nodes: texture_2d<u32>;
 
-fn is_in_shadow(rays: LightRays, ray: ReceiverRay) -> bool {
+fn is_in_shadow(rays: LightRays, ray: ReceiverRay, pixel: u32) -> bool {
     let search = search_ray(rays, ray);
     let inverse = 1.0 / search.direction;
     let from_least = search.start + rays.box_margin;
@@ -39,7 +39,7 @@ fn is_in_shadow(rays: LightRays, ray: ReceiverRay) -> bool {
         var next = leaf >> 4u;
         let last = next + (leaf & 0xfu);
         while next < last && !is_hit {
-            is_hit = meets_searched(rays, ray, next);
+            is_hit = meets_searched(rays, ray, pixel, next);
             next += 1u;
             steps += 1u;
         }

@@ -21,6 +21,7 @@
 #import lib/invocations
 #import lib/receivers
 #import lib/triangles
+#import lib/unsure
 
 struct ShadowVolumes {
     // The eye relative to the scene's origin, double-single.
@@ -94,6 +95,7 @@ fn find_points(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let receiver = load_receiver(receivers, invocation.x, invocation.y);
     let pixel = invocation.y * receivers.width + invocation.x;
     points[pixel] = select(0lu, visibility_buffer[pixel], receiver.faces_light);
+    leave_open_if(receiver.is_at_rim, pixel, receiver.triangle, NO_CASTER);
 }
 
 // One side for a whole triangle, or its volume would not be closed.
@@ -113,7 +115,8 @@ fn find_sides(invocation: Invocation) {
     var nearest = a;
     nearest = select(nearest, b, dot(b, b) < dot(nearest, nearest));
     nearest = select(nearest, c, dot(c, c) < dot(nearest, nearest));
-    sides_of_triangles[id] = i32(sign(-dot(normal_of_triangle(id), nearest)));
+    let side = light_side(id);
+    sides_of_triangles[id] = select(side, i32(sign(-dot(normal_of_triangle(id), nearest))), side == FOUND_IN_FLOAT32);
 }
 
 @compute @workgroup_size(GROUP)

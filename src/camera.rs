@@ -1,6 +1,7 @@
 //! The camera: a pinhole that looks along its own -Z (glTF's convention).
 
 use crate::error::{Result, ensure_value};
+use crate::rounding::{MAX_SEEN_ROUNDING, ROUNDING};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
 /// A pinhole camera, in float64.
@@ -91,6 +92,27 @@ impl Camera {
             znear,
             zfar,
         })
+    }
+
+    /// Refuses a camera that float32 cannot follow: an engine keeps positions relative to the eye.
+    pub fn check_float32(&self, (low, high): (DVec3, DVec3)) -> Result<()> {
+        let size = (high - low).length();
+        let distance = self.eye.distance(self.eye.clamp(low, high));
+        ensure_value!(
+            ROUNDING * distance <= MAX_SEEN_ROUNDING * size || size == 0.0,
+            "camera eye must be within {} times the scene's size of it to be rendered, got {:.3e} times: \
+             positions relative to it are float32 (lixel.reference is float64, and sees from there)",
+            MAX_SEEN_ROUNDING / ROUNDING,
+            distance / size
+        );
+        let focal = self.focal.max_element();
+        ensure_value!(
+            ROUNDING * focal <= 1.0,
+            "camera focal lengths must be at most {} pixels to be rendered, got {focal:e}: directions are \
+             float32, which does not tell narrower pixels apart (lixel.reference is float64)",
+            1.0 / ROUNDING
+        );
+        Ok(())
     }
 
     pub fn pixel_count(&self) -> usize {

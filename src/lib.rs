@@ -25,6 +25,7 @@ mod gpu;
 mod lanes;
 mod light;
 mod methods;
+mod occlusion;
 pub mod projection;
 mod python;
 pub mod reference;
@@ -33,6 +34,7 @@ mod render;
 mod rounding;
 mod scene;
 pub mod shadow_ray;
+mod sides;
 #[cfg(test)]
 mod twin;
 pub mod warp;

@@ -10,7 +10,8 @@ use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, ReadResults, Recording, Source, Timings};
-use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::scene_tables::{LightSides, Room, SceneTables};
+use crate::gpu::unsure;
 use crate::gpu::view::{RasterizedLayer, Recorded, Stats, View, WarpedLayer};
 use crate::gpu::{self, AdapterDescription, Gpu, lock};
 use crate::light::Light;
@@ -21,6 +22,7 @@ use crate::scene::Scene;
 use crate::warp::Warp;
 use glam::DVec2;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 /// What a frame may have to show beside the visibility image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -195,6 +197,7 @@ pub fn render(
 ) -> Result<Vec<Rendered>> {
     let gpu = gpu::gpu()?;
     check_image(&gpu, camera)?;
+    camera.check_float32(scene.bounds())?;
     let mut cached = lock(&cache.0);
     let mut rendered = one_by_one_where_short(lights, |lights| {
         render_together(&gpu, scene, &mut cached, camera, lights, method, outputs)
@@ -280,16 +283,21 @@ fn try_render(
         }
     };
     let everywhere = Region::EVERYWHERE;
+    let sides = lights
+        .iter()
+        .map(|light| LightSides::new(&gpu, scene, light, camera.eye))
+        .collect::<Result<Vec<_>>>()?;
     let views: Vec<_> = frames
         .into_iter()
-        .zip(lights)
-        .map(|(frame, light)| {
+        .zip(lights.iter().zip(&sides))
+        .map(|(frame, (light, light_sides))| {
             let draws_whole_maps = outputs.has(Output::ShadowMap);
             let seen = Receivers {
                 scene: tables,
                 camera,
                 visibility_buffer: &visibility_buffer,
                 light,
+                light_sides,
                 region: &everywhere,
                 tiles: None,
             };
@@ -302,7 +310,7 @@ fn try_render(
             view
         })
         .collect();
-    let record = |view| record(view, &visibility_buffer, method, outputs);
+    let record = |view| record(view, &visibility_buffer, &tables.room, method, outputs);
     let rendered = side_by_side(views, record)
         .into_iter()
         .collect::<Result<_>>()?;
@@ -338,6 +346,7 @@ fn side_by_side<T: Send, R: Send>(
 fn record(
     mut view: View,
     visibility_buffer: &PooledBuffer,
+    room: &Room,
     method: &Method,
     outputs: Outputs,
 ) -> Result<Option<Rendered>> {
@@ -351,18 +360,33 @@ fn record(
         .reads_triangles()
         .then(|| frame.read::<u64>(Source::Kept(visibility_buffer), pixels))
         .transpose()?;
+    let unsure = view.read_unsure()?;
+    let frame = view.frame();
     let layers = layers.into_iter();
     let layers = layers.map(|layer| LayerReads::new(frame, layer, outputs));
     let layers = layers.collect::<Result<Vec<_>>>()?;
     let results = view.submit()?;
-    let (frame, mut stats) = view.finish();
+    let (scene, camera, light) = (view.scene, view.camera, view.light);
+    let (mut frame, mut stats) = view.finish();
     if !frame.had_room {
         return Ok(None);
+    }
+    let mut lit = results.take(&visibility)?;
+    if let Some(unsure) = unsure {
+        let start = Instant::now();
+        let view = (scene, camera, light);
+        let Some(facts) = unsure.decide(&results, room, view, &mut lit)? else {
+            return Ok(None);
+        };
+        if !facts.is_empty() {
+            frame.facts.add(unsure::LABEL, facts);
+            frame.add_time(unsure::LABEL, start.elapsed().as_secs_f64() * 1e3);
+        }
     }
     stats.facts = frame.facts.clone();
     stats.layers = layers.len();
     let mut rendered = Rendered {
-        visibility: results.take(&visibility)?,
+        visibility: lit,
         timings: frame.timings(),
         stats,
         adapter: gpu.adapter.clone(),

@@ -18,6 +18,14 @@ pub const BOX_ROUNDING: f64 = 0.25 * ROUNDING;
 /// Of a linear function of the texel, as a share of the sizes of its terms.
 pub const FUNCTION_ROUNDING: f64 = 2e-6;
 
+/// Of a position relative to the eye, as a share of the scene's size: where float32 rounds by more, it cannot tell
+/// what is seen. That is from two thousand times the size of the scene.
+pub const MAX_SEEN_ROUNDING: f64 = 1.0 / (1 << 10) as f64;
+
+/// What float64 rounds of a position, as a share of the distances that it is a sum of: 32 times the largest error of
+/// rounding one number. A coordinate goes through some ten operations until it is before a ray.
+pub const FLOAT64_ROUNDING: f64 = 1.0 / (1_u64 << 48) as f64;
+
 /// A float64 vector as the sum of two float32 ones.
 pub fn double_single(v: DVec3) -> (Vec3, Vec3) {
     let high = v.as_vec3();

@@ -3,7 +3,7 @@
 use crate::edge_directions::EdgeDirections;
 use crate::error::{Result, ensure_value};
 use crate::geometry::bounds_of;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -25,6 +25,7 @@ struct Derived {
     degenerate_count: usize,
     /// Found when it is asked for: not every frame has a map.
     edge_directions: OnceLock<EdgeDirections>,
+    planes: OnceLock<Vec<Vec4>>,
 }
 
 impl Scene {
@@ -104,6 +105,26 @@ impl Scene {
         self.derived.edge_directions.get_or_init(found)
     }
 
+    /// The planes of the triangles: unit normal, and its product with the points of the plane relative to the
+    /// middle of the scene's box. Rounded: a light is looked for near to all of them in every frame.
+    pub fn planes(&self) -> &[Vec4] {
+        let find = || {
+            let triangles = self.triangles.par_iter().zip(self.unit_normals());
+            let plane = |(triangle, normal): (&[u32; 3], &Vec3)| {
+                let corner = self.vertices[triangle[0] as usize] - self.centre();
+                normal.extend(normal.as_dvec3().dot(corner) as f32)
+            };
+            triangles.map(plane).collect()
+        };
+        self.derived.planes.get_or_init(find)
+    }
+
+    /// The middle of the box around all vertices that a triangle uses.
+    pub fn centre(&self) -> DVec3 {
+        let (low, high) = self.bounds();
+        low + 0.5 * (high - low)
+    }
+
     /// Counts the calls of `update_vertices`.
     pub fn generation(&self) -> u64 {
         self.generation
@@ -154,6 +175,7 @@ impl Derived {
             bounds,
             degenerate_count,
             edge_directions: OnceLock::new(),
+            planes: OnceLock::new(),
         })
     }
 }

@@ -5,7 +5,6 @@ use crate::lanes::{Lane, V2, V3};
 use crate::rounding::ROUNDING;
 
 const PRODUCT_ROUNDING: f64 = 0.5 * ROUNDING;
-const CLEAR: f64 = 16.0;
 
 /// In axes relative to the receiver, the third of which goes towards the light.
 #[derive(Debug, Clone, Copy)]
@@ -14,16 +13,11 @@ pub struct LightRay<L> {
     pub shear: V2<L>,
     /// Depth of the light; beyond every depth where it is at infinity.
     pub reach: L,
-    /// How far rounding may have moved the receiver, in world units.
-    pub margin: L,
 }
 
 /// The ray against the edges of a triangle.
 pub struct Edges<M> {
-    /// As the edge functions say, give or take the room.
     pub may_be_inside: M,
-    /// With what their rounding may hide.
-    pub may_be_near: M,
     /// Whatever the room.
     pub is_inside: M,
 }
@@ -55,7 +49,7 @@ fn sign<L: Lane>(x: L) -> L {
     L::select(zero.less(x), one, L::select(x.less(zero), -one, zero))
 }
 
-/// What the reference grants a point at a distance from the eye, seen along a ray that makes an angle with the
+/// How far rounding may move a point at a distance from the eye, seen along a ray that makes an angle with the
 /// surface; `extent` is the triangle's longest edge.
 #[inline(always)]
 pub fn receiver_margin<L: Lane>(distance: L, cosine: L, extent: L) -> L {
@@ -77,10 +71,9 @@ pub fn axes_across<L: Lane>(z: V3<L>) -> [V3<L>; 2] {
 }
 
 impl<L: Lane> LightRay<L> {
-    /// `room` is how far each of the corners' projections along the ray may be off.
+    /// `room` is how far each coordinate of the corners may be off.
     #[inline(always)]
     pub fn meet_edges(&self, corners: [V3<L>; 3], room: L) -> Edges<L::Mask> {
-        let zero = L::from_f64(0.0);
         let p = corners.map(|corner| corner.xy() - self.shear * corner.z);
         let total = p.map(|p| p.map(L::abs));
         let total = total[0] + total[1] + total[2];
@@ -93,8 +86,6 @@ impl<L: Lane> LightRay<L> {
             (one - two, rounding + off)
         });
         let e = edges.map(|edge| edge.0);
-        let slack = edges.map(|edge| edge.1);
-        let (least_e, greatest_e) = (least(e), greatest(e));
         let all = |[a, b, c]: [L::Mask; 3]| a & b & c;
         let is_near = all(edges.map(|(e, slack)| (-slack).at_most(e)))
             | all(edges.map(|(e, slack)| e.at_most(slack)));
@@ -102,25 +93,20 @@ impl<L: Lane> LightRay<L> {
         let around = L::from_f64(ROUNDING) * greatest(corners.map(absolute_sum)) + room;
         let is_around = |p: [L; 3]| least(p).at_most(around) & (-around).at_most(greatest(p));
         let is_around = is_around(p.map(|p| p.x)) & is_around(p.map(|p| p.y));
-        let has_area = least_e.less(greatest_e) | zero.less(room);
-        let may_be_inside = has_area & ((-off).at_most(least_e) | greatest_e.at_most(off));
-        let most = greatest(slack);
+        let most = greatest(edges.map(|edge| edge.1));
         Edges {
-            may_be_inside: may_be_inside & is_around,
-            may_be_near: is_near & is_around,
-            is_inside: most.less(least_e) | greatest_e.less(-most),
+            may_be_inside: is_near & is_around,
+            is_inside: most.less(least(e)) | greatest(e).less(-most),
         }
     }
 
-    /// `is_level`: no corner is above the receiver's plane. With `room`, how far each coordinate of the corners may
-    /// be off: what may be, and what is for sure.
+    /// What may be, and what is for sure.
     #[inline(always)]
     pub fn meeting(
         &self,
         edges: &Edges<L::Mask>,
         corners: [V3<L>; 3],
         normal: V3<L>,
-        is_level: L::Mask,
         room: L,
     ) -> Meeting<L::Mask> {
         let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
@@ -134,41 +120,29 @@ impl<L: Lane> LightRay<L> {
         }
         let slope = normal.dot(self.shear.extend(one));
         let height = above * sign(slope);
-        // Of heights and margins, which are sums of three coordinates.
-        let off = L::from_f64(4.0) * room;
-        let margin = L::from_f64(ROUNDING) * distance + self.margin;
-        let (least_margin, greatest_margin) = (margin - off, margin + off);
-        let clear = L::from_f64(CLEAR);
+        // Of a sum of three coordinates, and of the normal.
+        let off = L::from_f64(4.0) * room + L::from_f64(ROUNDING) * distance;
         // Near to edge-on, the room hides which side the receiver is on.
         let steepness = one + self.shear.x.abs() + self.shear.y.abs();
-        let is_edge_on = zero.less(room) & slope.abs().less(L::from_f64(1e-5) * steepness);
+        let is_edge_on = slope.abs().less(L::from_f64(1e-5) * steepness);
         let greatest_height = L::select(is_edge_on, height.abs(), height) + off;
-        let depths = corners.map(|corner| corner.z);
-        let (least_depth, greatest_depth) = (least(depths), greatest(depths));
         let to_light = slope.abs() * self.reach;
+        let greatest_depth = greatest(corners.map(|corner| corner.z));
         let may_be_before_light =
             greatest_depth.less(self.reach + off) | height.less(to_light + off);
-        let may_be_clear =
-            least_margin.less(least_depth + off) | (clear * least_margin).less(greatest_height);
-        let is_behind = edges.may_be_inside & least_margin.less(greatest_height) & !is_level;
-        let is_possible = (edges.may_be_near & may_be_clear) | is_behind;
-        let is_beyond = greatest_margin.less(height - off) & height.less(to_light - off);
-        let is_clear =
-            greatest_margin.less(least_depth - off) | (clear * greatest_margin).less(height - off);
+        let is_between = off.less(height) & height.less(to_light - off) & !is_edge_on;
         Meeting {
-            is_possible: may_be_before_light & is_possible,
-            is_certain: edges.is_inside & is_beyond & !is_edge_on & is_clear,
+            is_possible: edges.may_be_inside & zero.less(greatest_height) & may_be_before_light,
+            is_certain: edges.is_inside & is_between,
         }
     }
 }
 
-/// A receiver, its plane and its light ray, in world axes.
+/// A receiver and its light ray, in world axes.
 #[derive(Debug, Clone, Copy)]
 pub struct ReceiverRay<L> {
-    /// Unit, to the side of the light.
-    pub normal: V3<L>,
-    /// How far rounding may have moved the receiver across its plane.
-    pub plane_margin: L,
+    /// How far rounding may have moved the receiver.
+    pub margin: L,
     /// Axes of the test; the third one is the ray's direction.
     pub axes: [V3<L>; 3],
     pub light_ray: LightRay<L>,
@@ -177,18 +151,14 @@ pub struct ReceiverRay<L> {
 impl<L: Lane> ReceiverRay<L> {
     /// Corners relative to the receiver; not of its own triangle.
     #[inline(always)]
-    pub fn meets(&self, corners: [V3<L>; 3], normal: V3<L>) -> L::Mask {
-        let zero = L::from_f64(0.0);
-        let above = greatest(corners.map(|corner| self.normal.dot(corner)));
+    pub fn meets(&self, corners: [V3<L>; 3], normal: V3<L>) -> Meeting<L::Mask> {
         let [x, y, z] = self.axes;
         let turned = |v: V3<L>| V3::new(x.dot(v), y.dot(v), z.dot(v));
+        let room = L::from_f64(ROUNDING) * greatest(corners.map(absolute_sum)) + self.margin;
         let corners = corners.map(turned);
-        let edges = self.light_ray.meet_edges(corners, zero);
-        let is_level = above.at_most(self.plane_margin);
-        let meeting = self
-            .light_ray
-            .meeting(&edges, corners, turned(normal), is_level, zero);
-        meeting.is_possible
+        let edges = self.light_ray.meet_edges(corners, room);
+        self.light_ray
+            .meeting(&edges, corners, turned(normal), room)
     }
 }
 
@@ -209,28 +179,28 @@ fn twin(i: u32) -> array<f32, 13> {
     let c = row(i + 6u);
     let normal = row(i + 9u);
     let axes = axes_across(row(i + 12u));
-    let light_ray = LightRay(row(i + 15u).xy, inputs[i + 17u], inputs[i + 18u]);
+    let light_ray = LightRay(row(i + 15u).xy, inputs[i + 17u]);
     let room = inputs[i + 19u];
     let edges = meet_edges(light_ray.shear, a, b, c, room);
-    let both = meeting(light_ray, edges, a, b, c, normal, a.x > b.x, room);
+    let both = meeting(light_ray, edges, a, b, c, normal, room);
     var ray: ReceiverRay;
-    ray.normal = row(i + 20u);
-    ray.plane_margin = inputs[i + 23u];
+    ray.margin = inputs[i + 18u];
     ray.x = axes.x;
     ray.y = axes.y;
     ray.z = row(i + 12u);
     ray.light_ray = light_ray;
+    let met = meets_corners(ray, a, b, c, normal);
     return array<f32, 13>(
         receiver_margin(abs(a.x), abs(a.y), abs(a.z)),
         axes.x.x, axes.x.y, axes.x.z, axes.y.x, axes.y.y, axes.y.z,
-        f32(edges.may_be_inside), f32(edges.may_be_near), f32(edges.is_inside),
+        f32(edges.may_be_inside), f32(edges.is_inside),
         f32(both.is_possible), f32(both.is_certain),
-        f32(meets_corners(ray, a, b, c, normal)),
+        f32(met.is_possible), f32(met.is_certain),
     );
 }
 ";
 
-    const INPUTS: usize = 24;
+    const INPUTS: usize = 20;
 
     struct ShadowRay;
 
@@ -238,30 +208,29 @@ fn twin(i: u32) -> array<f32, 13> {
         fn evaluate<L: Lane>(&self, inputs: &[L]) -> Vec<L> {
             let row = |i: usize| V3::new(inputs[i], inputs[i + 1], inputs[i + 2]);
             let corners = [row(0), row(3), row(6)];
-            let [a, b, _] = corners;
+            let [a, _, _] = corners;
             let (normal, z) = (row(9), row(12));
             let [x, y] = axes_across(z);
             let light_ray = LightRay {
                 shear: row(15).xy(),
                 reach: inputs[17],
-                margin: inputs[18],
             };
             let room = inputs[19];
             let edges = light_ray.meet_edges(corners, room);
-            let both = light_ray.meeting(&edges, corners, normal, b.x.less(a.x), room);
+            let both = light_ray.meeting(&edges, corners, normal, room);
             let ray = ReceiverRay {
-                normal: row(20),
-                plane_margin: inputs[23],
+                margin: inputs[18],
                 axes: [x, y, z],
                 light_ray,
             };
+            let met = ray.meets(corners, normal);
             let masks = [
                 edges.may_be_inside,
-                edges.may_be_near,
                 edges.is_inside,
                 both.is_possible,
                 both.is_certain,
-                ray.meets(corners, normal),
+                met.is_possible,
+                met.is_certain,
             ];
             let masks = masks.map(|mask| L::select(mask, L::from_f64(1.0), L::from_f64(0.0)));
             let mut outputs = vec![receiver_margin(a.x.abs(), a.y.abs(), a.z.abs())];
@@ -276,7 +245,7 @@ fn twin(i: u32) -> array<f32, 13> {
     fn case(random: &mut Random) -> [f32; INPUTS] {
         let mut case = [0.0; INPUTS].map(|_: f32| random.number());
         let mut unit = || (2.0 * random.share() - 1.0) as f32;
-        for coordinate in &mut case[..24] {
+        for coordinate in &mut case[..20] {
             if unit() > -0.8 {
                 *coordinate = unit();
             }
@@ -297,7 +266,6 @@ fn twin(i: u32) -> array<f32, 13> {
         case[17] = [3e38, case[17].abs()][random.below(2)];
         case[18] = 1e-6 * case[18].abs();
         case[19] = [0.0, 1e-3 * case[19].abs()][random.below(2)];
-        case[23] = case[23].abs();
         case
     }
 

@@ -104,10 +104,38 @@ def test_ties_are_not_counted(view, truth):
     assert wrong.misclassified_count == wrong.covered_count - wrong.tie_count
     tie = np.zeros_like(truth.tie)
     tie[:40] = True
-    result = lx.compare(flipped, dataclasses.replace(truth, tie=tie))
+    with pytest.warns(UserWarning, match="pixels are ties and not judged, as against .* face the"):
+        result = lx.compare(flipped, dataclasses.replace(truth, tie=tie))
     assert not result.misclassified[:40].any()
     assert result.tie_count >= np.count_nonzero(truth.covered[:40])
     assert 0 < result.misclassified_count < wrong.misclassified_count
+    assert result.judged_share == 1.0 - result.tie_count / result.covered_count
+    assert "WARNING" in repr(result)
+    assert "WARNING" not in repr(wrong)
+
+
+def test_ties_of_float32_are_counted_on_their_own(truth):
+    rows, columns = np.nonzero(truth.covered & ~truth.tie)
+    float32_tie = np.zeros_like(truth.tie)
+    float32_tie[rows[:7], columns[:7]] = True
+    found = lx.compare(1.0 - truth.visibility, dataclasses.replace(truth, float32_tie=float32_tie))
+    assert (found.tie_count, found.float32_tie_count) == (np.count_nonzero(truth.tie), 7)
+    assert not found.misclassified[float32_tie].any()
+    assert "ties not counted, 7 of float32" in str(found)
+
+
+@pytest.mark.parametrize("share", [0.009, 0.011])
+def test_more_ties_than_a_hundredth_of_what_faces_the_light_are_warned_of(truth, share):
+    rows, columns = np.nonzero(truth.covered)
+    count = int(share * np.count_nonzero(truth.facing))
+    tie = np.zeros_like(truth.tie)
+    tie[rows[:count], columns[:count]] = True
+    marked = dataclasses.replace(truth, tie=tie, float32_tie=np.zeros_like(tie))
+    if share < 0.01:
+        assert lx.compare(truth.visibility, marked).warning is None
+        return
+    with pytest.warns(UserWarning, match=rf"{count} pixels are ties"):
+        lx.compare(truth.visibility, marked)
 
 
 def test_a_rim_pixel_may_lose_its_surface_only_where_the_first_hit_is_a_tie(truth):

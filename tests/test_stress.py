@@ -18,9 +18,11 @@ MAPS = [name for name in lx.METHODS if name not in hard_views.WITHOUT_MAP]
 
 @pytest.mark.parametrize("method", hard_views.WITHOUT_MAP)
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_methods_without_a_map_misclassify_no_pixel(case, method):
+def test_methods_without_a_map_are_within_their_bounds(case, method):
     found = stress.evaluate(case, method)
-    assert found["misclassified"] == 0 or found["limit"], found
+    assert found["beyond"] == 0 or found["limit"], found
+    if method in stress.EXACT:
+        assert found["misclassified"] == 0, found
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.quick], ids=str)
@@ -44,11 +46,8 @@ def test_references_of_hard_views_are_more_than_ties():
     """A case in which everything is a tie would test nothing."""
     for case in CASES:
         truth = lx.reference(*(case.truth or case.make)())
-        ties = np.count_nonzero(truth.covered & (truth.tie | truth.triangle_tie))
-        # A light along a floor or a wall, or in it, makes a tie of all of it that nothing shadows.
-        is_along = case.family in ("light", "edge-on", "low sun")
-        assert ties < 0.2 * truth.covered.sum() or is_along, str(case)
-        assert ties < 0.7 * truth.covered.sum(), str(case)
+        ties = np.count_nonzero(truth.covered & (truth.tie | truth.float32_tie))
+        assert ties < 0.05 * truth.covered.sum(), str(case)
 
 
 def test_a_wrong_picture_is_beyond_every_bound(view):

@@ -186,7 +186,8 @@ def surface(
 
 def reference(scene: Scene, camera: Camera, light: Light) -> dict[str, Any]:
     """The truth, float64 on the CPU: `visibility` (H, W) float32 (1 lit, 0 in shadow, NaN no
-    surface), `tie` (H, W) bool, `triangle_id` (H, W) int32, `triangle_tie` (H, W) bool."""
+    surface), `tie` (H, W) bool, `triangle_id` (H, W) int32, `triangle_tie` (H, W) bool,
+    `float32_tie` (H, W) bool."""
 
 def brute_force(
     scene: Scene, camera: Camera, light: Light, pixels: Sequence[int]

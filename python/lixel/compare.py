@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -18,6 +19,9 @@ from .reference import Reference
 FALSE_LIT = (255, 64, 48)
 FALSE_SHADOW = (158, 0, 16)
 
+MAX_TIE_SHARE = 0.01
+"""Of the pixels that face the light: where more are not judged, `compare` warns."""
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Comparison:
@@ -27,7 +31,7 @@ class Comparison:
     the other way round (*false shadow*). Partly lit pixels, as filters make them, are taken for lit
     from one half on and for shadow below: the edge that counts is the middle of the penumbra,
     and the penumbra itself is no error. Ties of the reference are never misclassified, and count as
-    right in every number here.
+    right in every number here; so `judged_share` says how much the other numbers are worth.
 
     Attributes
     ----------
@@ -38,7 +42,9 @@ class Comparison:
     covered : (H, W) bool
         Where the truth sees a surface.
     counted : (H, W) bool
-        Where it does and there is no tie.
+        Where it does and there is no tie, neither of float64 nor of float32.
+    float32_tie : (H, W) bool
+        Where it does and float32 may see another surface with another visibility.
     partly_lit : (H, W) bool
         Where the image says neither lit nor in shadow, of those that are counted.
     other_surface : (H, W) bool
@@ -52,6 +58,7 @@ class Comparison:
     expected: npt.NDArray[np.bool_]
     covered: npt.NDArray[np.bool_]
     counted: npt.NDArray[np.bool_]
+    float32_tie: npt.NDArray[np.bool_]
     partly_lit: npt.NDArray[np.bool_]
     other_surface: npt.NDArray[np.bool_]
     facing: npt.NDArray[np.bool_] | None
@@ -97,8 +104,13 @@ class Comparison:
 
     @cached_property
     def tie_count(self) -> int:
-        """Covered pixels that are not counted, because the truth itself turns on rounding."""
-        return int(np.count_nonzero(self.covered & ~self.counted))
+        """Covered pixels that are not counted, because float64 leaves the truth itself open."""
+        return int(np.count_nonzero(self.covered & ~self.counted & ~self.float32_tie))
+
+    @cached_property
+    def float32_tie_count(self) -> int:
+        """Covered pixels that are not counted, because float32 may see another surface there."""
+        return int(np.count_nonzero(self.float32_tie))
 
     @cached_property
     def partly_lit_count(self) -> int:
@@ -123,6 +135,24 @@ class Comparison:
             None
             if self.facing_count is None
             else self.misclassified_count / max(self.facing_count, 1)
+        )
+
+    @property
+    def judged_share(self) -> float:
+        """Counted pixels over covered pixels, in [0, 1]; 1 where nothing is covered."""
+        return 1.0 - (self.tie_count + self.float32_tie_count) / max(self.covered_count, 1)
+
+    @property
+    def warning(self) -> str | None:
+        """What `compare` warns of: more than a hundredth of the pixels that face the light are not
+        judged. None where it need not."""
+        left_out = self.tie_count + self.float32_tie_count
+        facing = self.covered_count if self.facing_count is None else self.facing_count
+        if left_out <= MAX_TIE_SHARE * facing:
+            return None
+        return (
+            f"{left_out:,} pixels are ties and not judged, as against {facing:,} that "
+            f"{'see a surface' if self.facing is None else 'face the light'}"
         )
 
     # --- Likeness of the pictures and of their edges ---
@@ -194,8 +224,8 @@ class Comparison:
         """Every number by name, for a table; computes all of them."""
         names = (
             "misclassified_count", "false_lit_count", "false_shadow_count",
-            "covered_count", "facing_count", "tie_count", "partly_lit_count",
-            "rate_covered", "rate_facing",
+            "covered_count", "facing_count", "tie_count", "float32_tie_count", "partly_lit_count",
+            "judged_share", "rate_covered", "rate_facing",
             "ssim", "hausdorff", "edge_displacement_mean", "edge_displacement_p95",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
@@ -208,11 +238,12 @@ class Comparison:
             + (f"; {facing:.3%} of lit-facing" if facing is not None else "")
             + f"): {self.false_lit_count:,} false lit, {self.false_shadow_count:,} false shadow; "
             f"{self.tie_count:,} ties not counted"
+            + (f", {self.float32_tie_count:,} of float32" if self.float32_tie_count else "")
             + (f"; {self.partly_lit_count:,} partly lit" if self.partly_lit_count else "")
         )
 
     def __repr__(self) -> str:
-        return f"<lixel.Comparison: {self}>"
+        return f"<lixel.Comparison: {self}{f'; WARNING: {self.warning}' if self.warning else ''}>"
 
     def _repr_png_(self) -> bytes:
         return display.png_bytes(self.picture())
@@ -243,6 +274,12 @@ def compare(
     -------
     Comparison
 
+    Warns
+    -----
+    UserWarning
+        More than a hundredth of the pixels that face the light are ties: the other numbers say
+        little about them.
+
     Raises
     ------
     TypeError
@@ -269,11 +306,15 @@ def compare(
         )
     covered = ~np.isnan(truth)
     counted = covered.copy()
+    float32_tie = np.zeros_like(covered)
     facing = None
     coverage_differs = covered != ~np.isnan(image)
     if isinstance(reference, Reference):
-        counted &= ~(reference.tie | reference.triangle_tie)
         # On the rim of an object the first hit itself may be a tie.
+        float32_tie |= coverage_differs & reference.triangle_tie
+        float32_tie |= reference.float32_tie
+        float32_tie &= covered & ~reference.tie
+        counted &= ~(reference.tie | float32_tie)
         coverage_differs &= ~reference.triangle_tie
         facing = reference.facing if reference.is_current else None
     if other_surfaces == "refuse" and coverage_differs.any():
@@ -286,15 +327,19 @@ def compare(
             f"first at row {row}, column {column}"
         )
     expected = np.where(covered, truth >= 0.5, True)
-    return Comparison(
+    comparison = Comparison(
         lit=np.where(counted, image >= 0.5, expected),
         expected=expected,
         covered=covered,
         counted=counted,
+        float32_tie=float32_tie,
         partly_lit=counted & (image > 0.0) & (image < 1.0),
         other_surface=coverage_differs,
         facing=facing,
     )
+    if comparison.warning is not None:
+        warnings.warn(comparison.warning, stacklevel=2)
+    return comparison
 
 
 def _visibility(name: str, value: npt.ArrayLike | Receivers) -> npt.NDArray[Any]:

@@ -27,15 +27,20 @@ class Reference(Receivers):
     visibility : (H, W) float32
         1 lit, 0 in shadow, NaN where no surface is seen.
     tie : (H, W) bool
-        Where lit or shadow turns within rounding distance of an edge or a contact.
+        Where float64 leaves open whether the pixel is lit: an edge or a contact is within its
+        rounding.
     triangle_id : (H, W) int32
         The first triangle on the pixel's centre ray, -1 where there is none.
     triangle_tie : (H, W) bool
-        Where another triangle, or none, is first within rounding distance.
+        Where another triangle, or none, may be the first within the rounding of float32.
+    float32_tie : (H, W) bool
+        Where such a triangle has another visibility, and float64 knows which of them is first. From
+        where float32 cannot tell anything there are none: what is judged there must be better.
     """
 
     tie: npt.NDArray[np.bool_]
     triangle_tie: npt.NDArray[np.bool_]
+    float32_tie: npt.NDArray[np.bool_]
 
     def __repr__(self) -> str:
         height, width = self.visibility.shape

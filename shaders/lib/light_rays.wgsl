@@ -2,6 +2,7 @@
 // it. Boxes are in their own space, relative to the scene's centre and scaled to [-1, 1], so that every
 // rounding of a search is one constant.
 #import lib/receiver_ray
+#import lib/unsure
 
 struct LightRays {
     // The eye relative to the scene's origin, double-single.
@@ -47,10 +48,13 @@ fn search_ray(rays: LightRays, ray: ReceiverRay) -> SearchRay {
     );
 }
 
-// The ray against one of `searched_triangles`.
-fn meets_searched(rays: LightRays, ray: ReceiverRay, index: u32) -> bool {
+// Whether the ray of a pixel's receiver meets one of `searched_triangles` for sure; what float32 does not know is
+// left open.
+fn meets_searched(rays: LightRays, ray: ReceiverRay, pixel: u32, index: u32) -> bool {
     let item = textureLoad(searched_triangles, place_from_index(index), 0);
-    return meets(ray, item.w, item.xyz, rays.eye_high, rays.eye_low);
+    let met = meets(ray, item.w, item.xyz, rays.eye_high, rays.eye_low);
+    leave_open_if(met.is_possible && !met.is_certain, pixel, ray.own_triangle, item.w);
+    return met.is_certain;
 }
 
 // `is_in_shadow` is the search of the shader that imports this.
@@ -64,8 +68,11 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let receiver = load_receiver(receivers, column, row);
     var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
+    let pixel = row * receivers.width + column;
     if receiver.faces_light {
-        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, ray_of_receiver(receiver, receivers.is_local > 0.0)));
+        leave_open_if(receiver.is_at_rim, pixel, receiver.triangle, NO_CASTER);
+        let ray = ray_of_receiver(receiver, receivers.is_local > 0.0);
+        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, ray, pixel));
     }
-    visibility[row * receivers.width + column] = lit;
+    visibility[pixel] = lit;
 }

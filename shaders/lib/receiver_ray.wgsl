@@ -12,10 +12,7 @@ struct ReceiverRay {
     own_triangle: u32,
     point: vec3<f32>,           // the receiver, in world axes relative to the eye
     distance: f32,              // of the light; 1 where it is at infinity
-    normal: vec3<f32>,          // of the receiver's plane, unit, to the side of the light
-    // How far rounding may have moved the receiver across its plane. An oblique view moves it farther, but
-    // along the plane.
-    plane_margin: f32,
+    margin: f32,                // how far rounding may have moved the receiver, in world units
     // Axes of the test; the third one is the ray's direction.
     x: vec3<f32>,
     y: vec3<f32>,
@@ -36,37 +33,41 @@ fn ray_of_receiver(receiver: Receiver, is_local: bool) -> ReceiverRay {
     let axes = axes_across(z);
     let margin = margin_of_receiver(receiver, point);
     let reach = select(3.0e38, distance, is_local);
-    let normal = receiver.normal * sign(dot(receiver.normal, to_light));
-    return ReceiverRay(
-        receiver.triangle,
-        point,
-        distance,
-        normal,
-        ROUNDING * length(point),
-        axes.x,
-        axes.y,
-        z,
-        LightRay(vec2<f32>(0.0), reach, margin),
-    );
+    return ReceiverRay(receiver.triangle, point, distance, margin, axes.x, axes.y, z, LightRay(vec2<f32>(0.0), reach));
 }
 
 // Corners relative to the receiver; not of its own triangle.
-fn meets_corners(ray: ReceiverRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> bool {
-    let above = max(max(dot(ray.normal, a), dot(ray.normal, b)), dot(ray.normal, c));
-    return is_met(
-        ray.light_ray,
-        vec3<f32>(dot(ray.x, a), dot(ray.y, a), dot(ray.z, a)),
-        vec3<f32>(dot(ray.x, b), dot(ray.y, b), dot(ray.z, b)),
-        vec3<f32>(dot(ray.x, c), dot(ray.y, c), dot(ray.z, c)),
-        vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal)),
-        above <= ray.plane_margin,
-    );
+fn meets_corners(ray: ReceiverRay, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> Meeting {
+    let ta = vec3<f32>(dot(ray.x, a), dot(ray.y, a), dot(ray.z, a));
+    let tb = vec3<f32>(dot(ray.x, b), dot(ray.y, b), dot(ray.z, b));
+    let tc = vec3<f32>(dot(ray.x, c), dot(ray.y, c), dot(ray.z, c));
+    let turned_normal = vec3<f32>(dot(ray.x, normal), dot(ray.y, normal), dot(ray.z, normal));
+    let room = ROUNDING * max(max(absolute_sum(a), absolute_sum(b)), absolute_sum(c)) + ray.margin;
+    let edges = meet_edges(ray.light_ray.shear, ta, tb, tc, room);
+    return meeting(ray.light_ray, edges, ta, tb, tc, turned_normal, room);
 }
 
 // `eye_high` and `eye_low` are the eye relative to the scene's origin.
-fn meets(ray: ReceiverRay, triangle: u32, vertices: vec3<u32>, eye_high: vec3<f32>, eye_low: vec3<f32>) -> bool {
+fn meets(ray: ReceiverRay, triangle: u32, vertices: vec3<u32>, eye_high: vec3<f32>, eye_low: vec3<f32>) -> Meeting {
+    let side = light_side(triangle);
+    // Where the light is in the plane there is no shadow.
+    if triangle == ray.own_triangle || side == 0 {
+        return Meeting(false, false);
+    }
     let a = offset_from_vertex(vertices.x, eye_high, eye_low) - ray.point;
     let b = offset_from_vertex(vertices.y, eye_high, eye_low) - ray.point;
     let c = offset_from_vertex(vertices.z, eye_high, eye_low) - ray.point;
-    return triangle != ray.own_triangle && meets_corners(ray, a, b, c, normal_of_triangle(triangle));
+    let normal = normal_of_triangle(triangle);
+    if side == FOUND_IN_FLOAT32 {
+        return meets_corners(ray, a, b, c, normal);
+    }
+    // The light is on a known side, so that the hit is before it where the receiver is on the other one.
+    var endless = ray;
+    endless.light_ray.reach = 3.0e38;
+    let met = meets_corners(endless, a, b, c, normal);
+    var nearest = select(a, b, absolute_sum(b) < absolute_sum(a));
+    nearest = select(nearest, c, absolute_sum(c) < absolute_sum(nearest));
+    let height = dot(normal, nearest) * f32(side);
+    let off = 5.0 * (ray.margin + ROUNDING * absolute_sum(nearest));
+    return Meeting(met.is_possible && height > -off, met.is_certain && height > off);
 }

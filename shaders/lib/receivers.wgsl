@@ -1,5 +1,7 @@
 // Receivers: what the camera sees, one point for each pixel, from the visibility buffer.
+#import lib/light_sides
 #import lib/normals
+#import lib/rounding
 
 struct Receivers {
     // The camera's rays in world axes: ray(x, y) = ray_x * x + ray_y * y + ray_z in centred pixels.
@@ -48,6 +50,7 @@ struct Receiver {
     is_seen: bool,
     // Whether it is to be tested: it faces the light, is in its cone and in the layer's region.
     faces_light: bool,
+    is_at_rim: bool,            // of the light's cone, within rounding: float64 knows on which side
     q: vec3<f32>,               // position in the light's projection space
     normal: vec3<f32>,          // unit, in world axes, by the triangle's winding
     ray: vec3<f32>,             // from the camera, 1 along its viewing direction
@@ -84,9 +87,16 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
         let from_eye = ray * z;
         let from_light = receivers.from_light + receivers.is_local * from_eye;
         // The camera and the light see the same side of the triangle.
-        receiver.faces_light = dot(normal, ray) * dot(normal, from_light) > 0.0;
+        let side = light_side(triangle);
+        let away_from_light = select(-f32(side), dot(normal, from_light), side == FOUND_IN_FLOAT32);
+        receiver.faces_light = dot(normal, ray) * away_from_light > 0.0;
         if has_cone {
-            receiver.faces_light = receiver.faces_light && depth_in_cone(receivers, from_eye) >= 0.0;
+            let inside = depth_in_cone(receivers, from_eye);
+            // Seen along its plane a receiver moves farther.
+            let moved = length(from_eye) * (1.0 + length(ray) / max(abs(dot(normal, ray)), 1e-30));
+            let room = 4.0 * ROUNDING * (moved + abs(receivers.cone_at_eye));
+            receiver.is_at_rim = receiver.faces_light && abs(inside) <= room;
+            receiver.faces_light = receiver.faces_light && inside >= -room;
         }
         if has_region {
             let point = vec4<f32>(from_eye, 1.0);

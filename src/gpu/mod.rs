@@ -14,6 +14,7 @@ pub mod scene_tables;
 pub mod shader_struct;
 pub mod shaders;
 mod tables;
+pub mod unsure;
 pub mod view;
 
 pub use adapters::{AdapterDescription, adapters};

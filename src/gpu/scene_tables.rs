@@ -9,8 +9,10 @@ use super::tables::{filled_table, new_table, triangle_items, write_items, write_
 use crate::bvh::{BoxSpace, Bvh};
 use crate::edges::Edges;
 use crate::error::Result;
+use crate::light::Light;
 use crate::rounding::double_single;
 use crate::scene::Scene;
+use crate::sides::sides_for_float32;
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
@@ -50,6 +52,8 @@ pub struct Room {
     pub caster_parts: AtomicU32,
     /// Pieces of tessellated triangles beyond one for each triangle, and as many that are not done yet.
     pub spare_pieces: AtomicU64,
+    /// Tests that float32 leaves open.
+    pub unsure_tests: AtomicU64,
     /// Rounds of tessellation: each halves the edges that are too long.
     pub split_rounds: AtomicU32,
 }
@@ -61,6 +65,7 @@ impl Room {
             spare_items: AtomicU64::new(1 << 16),
             caster_parts: AtomicU32::new(1),
             spare_pieces: AtomicU64::new(1 << 16),
+            unsure_tests: AtomicU64::new(1 << 14),
             split_rounds: AtomicU32::new(12),
         }
     }
@@ -198,7 +203,24 @@ impl SceneTables {
     }
 }
 
+/// The sides of triangles that a light is on, where float32 may be wrong: `shaders/lib/light_sides.wgsl`.
+pub struct LightSides(Option<wgpu::TextureView>);
+
+impl LightSides {
+    pub fn new(gpu: &Gpu, scene: &Scene, light: &Light, eye: DVec3) -> Result<Self> {
+        let words = sides_for_float32(scene, light, eye);
+        let table = words.map(|words| filled_table(gpu, "sides of the light", R32Uint, words));
+        table.transpose().map(Self)
+    }
+}
+
 impl Kernel {
+    /// Binds the sides of a light, or any table where float32 finds them.
+    pub fn light_sides(self, scene: &SceneTables, LightSides(table): &LightSides) -> Self {
+        self.bind(18, table.as_ref().unwrap_or(&scene.vertex_indices))
+            .constant("has_light_sides", table.is_some())
+    }
+
     /// Binds the positions of `shaders/lib/triangles.wgsl`.
     pub fn vertices(self, scene: &SceneTables) -> Self {
         self.bind(2, &scene.positions_high)

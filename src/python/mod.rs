@@ -141,6 +141,7 @@ fn reference_to_python<'py, D: Dimension + 'py>(
     let result = PyDict::new(py);
     result.set_item("triangle_id", array(py, shape, reference.triangle_id))?;
     result.set_item("triangle_tie", array(py, shape, reference.triangle_tie))?;
+    result.set_item("float32_tie", array(py, shape, reference.float32_tie))?;
     result.set_item("visibility", array(py, shape, reference.visibility))?;
     result.set_item("tie", array(py, shape, reference.tie))?;
     Ok(result)

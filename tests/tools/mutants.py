@@ -87,12 +87,12 @@ CHOSEN = "src/fits/scene_optimized.rs"
 MUTANTS = (
     Mutant(
         "exact", "grid space decides what it does not know", CASTERS,
-        "                    if met.is_certain {",
-        "                    if met.is_possible {", SEARCHES,
+        "if met.is_certain && !is_own {",
+        "if met.is_possible && !is_own {", SEARCHES,
     ),
     Mutant(
         "exact", "grid space has no room for its rounding", CASTERS,
-        "let room = PRODUCT_ROUNDING * (caster.farthest + absolute_sum(q));",
+        "let room = ROUNDING * (caster.farthest + absolute_sum(q)) + margin;",
         "let room = 0.0;", SEARCHES,
     ),
     Mutant(
@@ -101,9 +101,9 @@ MUTANTS = (
         "unsure |= 0u;", SEARCHES,
     ),
     Mutant(
-        "exact", "a neighbour below the receiver's plane may shadow it", RAY,
-        "greatest_height > least_margin && !is_level",
-        "greatest_height > least_margin", SEARCHES,
+        "exact", "what may be inside of a triangle's edges is inside", RAY,
+        "edges.is_inside && is_between,",
+        "edges.may_be_inside && is_between,", SEARCHES,
     ),
     Mutant(
         "tears", "what lies beside a texel is its neighbour", LOOKUP,
@@ -357,7 +357,7 @@ MUTANTS = (
     ),
     Mutant(
         "ties", "points are known exactly", TRUTH,
-        "ROUNDING * length + self.margin", "self.margin", REFERENCE,
+        "self.granted * length + self.margin", "self.margin", REFERENCE,
     ),
     Mutant(
         "ties", "the receiver is known exactly", TRUTH,
@@ -366,15 +366,16 @@ MUTANTS = (
     ),
     Mutant(
         "ties", "a surface edge-on to the eye may not turn", TRUTH,
-        "edge_on: height.abs() <= corner_margin,", "edge_on: false,", REFERENCE,
+        "let is_edge_on = to_light_side != 0 && to_eye_side == 0;",
+        "let is_edge_on = false;", REFERENCE,
     ),
     Mutant(
-        "ties", "a surface edge-on to the light may not turn", TRUTH,
-        "cosine.abs() <= angle_margin || receiver.edge_on", "receiver.edge_on", REFERENCE,
+        "ties", "a surface edge-on to the light may shadow", TRUTH,
+        "if side == 0.0 || side * height > margin {", "if side * height > margin {", REFERENCE,
     ),
     Mutant(
-        "ties", "twins keep apart", TRUTH,
-        "if other.iter().all(|c| own.contains(c)) {", "if false {", REFERENCE,
+        "ties", "the side of the light says nothing", TRUTH,
+        "self.parts_ends = side * height < -margin;", "self.parts_ends = false;", REFERENCE,
     ),
     Mutant(
         "ties", "neighbours do not keep apart", TRUTH,

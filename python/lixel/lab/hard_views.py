@@ -326,6 +326,42 @@ def _low_sun(family: str) -> Iterator[Case]:
             yield Case(family, name, make, of=of, quick=degrees in (0.03, 1e-3))
 
 
+# --- Lights on surfaces, eyes far away ---
+
+
+def _room_lit_from(position: Point) -> View:
+    """Balls in a box with the light on it."""
+    vertices, faces = created("box")
+    room = np.multiply(np.add(vertices, [0.0, 0.5, 0.0]), [8.0, 3.0, 6.0]), faces
+    balls = [_ball((1.1, 0.7, -0.9), 0.5), _ball((-0.7, 1.6, 0.8), 0.4)]
+    camera = _camera((-3.6, 1.6, 2.6), (1.0, 0.9, -0.7), yfov=1.2)
+    return joined([room, *balls]), camera, PointLight(position)
+
+
+def _lights_on_surfaces(family: str) -> Iterator[Case]:
+    places = {"ceiling": (0.7, 3.0, 0.4), "wall": (4.0, 1.9, 0.3), "corner": (4.0, 3.0, -3.0)}
+    inwards = {"ceiling": (0, -1, 0), "wall": (-1, 0, 0), "corner": (-1, -1, 1)}
+    for place, gap in itertools.product(places, (0.0, 1e-12, 1e-7, -1e-5)):
+        x, y, z = np.add(places[place], np.multiply(gap, inwards[place])).tolist()
+        where = f"{gap:g} before" if gap >= 0.0 else f"{-gap:g} behind"
+        make = partial(_room_lit_from, (x, y, z))
+        yield Case(family, f"{where} the {place}", make, quick=place == "ceiling")
+
+
+def _from_far_away(sizes: float, plain: Make) -> View:
+    """Through a lens that shows as much from everywhere."""
+    scene, _, light = plain()
+    eye = np.array([-0.6, 0.4, 0.7]) * sizes * _size(scene)
+    yfov = 2.0 * math.atan(0.25 / sizes)
+    return scene, _camera(eye, (0.2, 0.3, 0.1), yfov=yfov), light
+
+
+def _far_cameras(family: str) -> Iterator[Case]:
+    for (lit_by, plain), sizes in itertools.product(PLAIN.items(), (10.0, 100.0, 1000.0)):
+        make = partial(_from_far_away, sizes, plain)
+        yield Case(family, f"{sizes:g} sizes away, {lit_by}", make, quick=sizes == 1000.0)
+
+
 # --- Geometry ---
 
 
@@ -514,6 +550,8 @@ FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
     "far light": _far_lights,
     "edge-on": _edge_on,
     "low sun": _low_sun,
+    "light on a surface": _lights_on_surfaces,
+    "far camera": _far_cameras,
     "geometry": _geometry,
     "huge floor": _floors,
     "image": _images,
@@ -526,7 +564,7 @@ FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
 WITHOUT_MAP = tuple(
     name for name in METHODS if name not in {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
 )
-"""Methods that promise to misclassify no pixel."""
+"""Methods that have no texels."""
 
 
 # Cases come one after the other, each with every method.

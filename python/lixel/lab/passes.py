@@ -10,6 +10,7 @@ RECEIVER_LISTS = "receiver lists"
 CASTER_TESTS = "caster tests"
 SHADOW_RAYS = "shadow rays"
 FIT_LIGHT_MATRIX = "fit light matrix (CPU)"
+FLOAT64 = "float64 (CPU)"
 
 RECEIVERS = ("receivers", "receiver tiles", "image tiles")
 """What of the image faces the light, and where it is in the image and in the map."""
@@ -27,7 +28,9 @@ MAP = (WARP_MAP, SHADOW_MAP, LOOKUP)
 BUILD = ("hierarchy (CPU)", "acceleration structure", "edges (CPU)")
 """What is made once for the vertices of a scene."""
 
-WITHOUT_MAP = (RECEIVER_LISTS, CASTER_TESTS, SHADOW_RAYS, "ray queries", "shadow volumes")
+WITHOUT_MAP = (
+    RECEIVER_LISTS, CASTER_TESTS, SHADOW_RAYS, "ray queries", "shadow volumes", FLOAT64,
+)  # fmt: skip
 """Shadows without a map."""
 
 GROUPS = ((VISIBILITY,), RECEIVERS, FIT, IMPORTANCE, MAP, BUILD, WITHOUT_MAP)

@@ -9,10 +9,11 @@ use crate::error::Result;
 use crate::gpu::facts::Fact;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::recording::{Counted, Recording};
+use crate::gpu::unsure::UnsureTests;
 
 pub const LABEL: &str = "caster tests";
 
-/// Writes 0 into the image where a caster is met. The triangles are taken in as many parts as their lists
+/// Writes 0 into the image where a caster is met for sure, and lists what float32 leaves open. The triangles are taken in as many parts as their lists
 /// need, each with its counters.
 pub fn caster_tests(
     frame: &mut Recording,
@@ -21,6 +22,7 @@ pub fn caster_tests(
     warp: Option<&WarpMap>,
     lists: &ReceiverLists,
     visibility: &wgpu::Buffer,
+    unsure: &UnsureTests,
 ) -> Result<()> {
     let scene = seen.scene;
     let tests = frame.storage("number of tests", 4)?;
@@ -42,8 +44,10 @@ pub fn caster_tests(
             .bind(14, &lists.details)
             .bind(15, visibility)
             .bind(16, &tests)
+            .bind(19, &unsure.list)
             .uniform(&gpu, 20, &seen.camera_uniform())
-            .bind(21, seen.visibility_buffer);
+            .bind(21, seen.visibility_buffer)
+            .light_sides(scene, seen.light_sides);
         let stages = Stages {
             triangles: triangles.len() as u64,
             per_invocation: gpu.work_per_invocation(1, 32),

@@ -7,6 +7,7 @@ use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
+use crate::gpu::unsure::UnsureTests;
 use crate::region::Region;
 use std::sync::Arc;
 
@@ -33,8 +34,8 @@ fn grid(seen: &Receivers) -> [u32; 2] {
     ]
 }
 
-/// Records the first step. `seen` has all receivers of the light.
-pub fn begin(frame: &mut Recording, seen: Receivers) -> Result<InitialImage> {
+/// Records the first step, and lists the pixels at the rim of the light's cone. `seen` has all receivers of the light.
+pub fn begin(frame: &mut Recording, seen: Receivers, unsure: &UnsureTests) -> Result<InitialImage> {
     let [columns, rows] = grid(&seen);
     let depth_ranges = frame.storage("depth ranges", 8 * u64::from(columns) * u64::from(rows))?;
     let count = frame.storage("pixels that see a surface", 4)?;
@@ -46,7 +47,8 @@ pub fn begin(frame: &mut Recording, seen: Receivers) -> Result<InitialImage> {
         .receivers(&frame.gpu, seen, &seen.camera_uniform())
         .bind(0, &depth_ranges)
         .bind(4, &count)
-        .bind(6, &visibility);
+        .bind(6, &visibility)
+        .bind(19, &unsure.list);
     frame.pass(LABEL, &[kernel.dispatch(Groups::Grid(columns, rows))]);
     Ok(InitialImage {
         visibility: Some(visibility),

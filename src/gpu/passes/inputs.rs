@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::gpu::device::Gpu;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::scene_tables::SceneTables;
+use crate::gpu::scene_tables::{LightSides, SceneTables};
 use crate::gpu::shader_struct::shader_struct;
 use crate::light::Light;
 use crate::projection::Projection;
@@ -72,6 +72,7 @@ pub struct Receivers<'a> {
     pub camera: &'a Camera,
     pub visibility_buffer: &'a wgpu::Buffer,
     pub light: &'a Light,
+    pub light_sides: &'a LightSides,
     pub region: &'a Region,
     /// Those of the region, where they are known; the passes that look at tiles look at all of the image
     /// without them.
@@ -188,6 +189,7 @@ impl Kernel {
         self.uniform(gpu, 20, uniform)
             .bind(21, seen.visibility_buffer)
             .bind(10, &seen.scene.unit_normals)
+            .light_sides(seen.scene, seen.light_sides)
             .constant("has_cone", seen.light.cone().is_some())
             .constant("has_region", !seen.region.is_everywhere())
     }

@@ -9,6 +9,7 @@ use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
+use crate::gpu::unsure::UnsureTests;
 use crate::rounding::double_single;
 
 /// Boxes and triangles of a ray at most: below the iterations after which some drivers end a loop.
@@ -43,8 +44,14 @@ shader_struct! {
     }
 }
 
-/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
-pub fn light_rays(frame: &mut Recording, seen: Receivers, search: Search) -> Result<PooledBuffer> {
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen; what float32 leaves open is lit,
+/// and in the list.
+pub fn light_rays(
+    frame: &mut Recording,
+    seen: Receivers,
+    search: Search,
+    unsure: &UnsureTests,
+) -> Result<PooledBuffer> {
     let (scene, camera) = (seen.scene, seen.camera);
     let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
     let eye_in_boxes = search.space.place_of(camera.eye);
@@ -67,6 +74,7 @@ pub fn light_rays(frame: &mut Recording, seen: Receivers, search: Search) -> Res
         .bind(5, search.triangles)
         .bind(6, &visibility)
         .bind(7, &counters)
+        .bind(19, &unsure.list)
         .constant("most_steps", MAX_STEPS);
     let groups = Groups::Grid(camera.width.div_ceil(8), camera.height.div_ceil(8));
     frame.pass(search.label, &[kernel.dispatch(groups)]);

@@ -28,7 +28,7 @@ pub mod visibility;
 pub mod warp_map;
 pub mod work_items;
 
-use super::acceleration;
+use super::{acceleration, unsure};
 
 /// The keys of a frame's timers, of passes and of what the CPU does for them.
 pub const LABELS: &[&str] = &[
@@ -52,6 +52,7 @@ pub const LABELS: &[&str] = &[
     shadow_rays::LABEL,
     shadow_volumes::EDGES_LABEL,
     shadow_volumes::LABEL,
+    unsure::LABEL,
     visibility::LABEL,
     warp_map::LABEL,
 ];

@@ -6,14 +6,17 @@ use crate::error::Result;
 use crate::gpu::acceleration::AccelerationStructure;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
+use crate::gpu::unsure::UnsureTests;
 
 pub const LABEL: &str = "ray queries";
 
-/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen; what float32 leaves open is lit,
+/// and in the list.
 pub fn ray_queries(
     frame: &mut Recording,
     seen: Receivers,
     structure: &AccelerationStructure,
+    unsure: &UnsureTests,
 ) -> Result<PooledBuffer> {
     let search = Search {
         label: LABEL,
@@ -28,5 +31,5 @@ pub fn ray_queries(
              may test"
         ),
     };
-    light_rays(frame, seen, search)
+    light_rays(frame, seen, search, unsure)
 }

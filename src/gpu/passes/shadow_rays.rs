@@ -8,17 +8,20 @@ use crate::error::Result;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::HierarchyTables;
+use crate::gpu::unsure::UnsureTests;
 
 pub const LABEL: &str = "shadow rays";
 
 /// The hierarchy's build, where it is not there yet.
 pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
 
-/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen; what float32 leaves open is lit,
+/// and in the list.
 pub fn shadow_rays(
     frame: &mut Recording,
     seen: Receivers,
     hierarchy: &HierarchyTables,
+    unsure: &UnsureTests,
 ) -> Result<PooledBuffer> {
     let eye_in_boxes = hierarchy.space.place_of(seen.camera.eye);
     // The walk's own roundings, and those of a point relative to the eye.
@@ -36,5 +39,5 @@ pub fn shadow_rays(
              may walk"
         ),
     };
-    light_rays(frame, seen, search)
+    light_rays(frame, seen, search, unsure)
 }

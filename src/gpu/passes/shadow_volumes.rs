@@ -11,6 +11,7 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::EdgeTables;
 use crate::gpu::shader_struct::shader_struct;
+use crate::gpu::unsure::UnsureTests;
 use crate::rounding::double_single;
 use glam::DVec3;
 
@@ -112,18 +113,20 @@ impl<'a> Volumes<'a> {
     }
 
     /// Finds the pixels that ask, the sides of triangles that the light is on, and the silhouettes.
-    fn find(&self, frame: &mut Recording) {
+    fn find(&self, frame: &mut Recording, unsure: &UnsureTests) {
         let (seen, scene) = (self.seen, self.seen.scene);
         let of_entry = |entry_point| self.kernel.clone().entry(entry_point);
         let by_item = |count: u32| Groups::Linear(u64::from(count).div_ceil(GROUP));
         let begin = of_entry("begin").bind(13, &self.arguments);
         let find_points = of_entry("find_points")
             .receivers(&frame.gpu, seen, &seen.camera_uniform())
-            .bind(14, &self.points);
+            .bind(14, &self.points)
+            .bind(19, &unsure.list);
         let find_sides = self.of_scene.clone().entry("find_sides");
         let find_sides = find_sides
             .triangles(scene)
             .bind(10, &scene.unit_normals)
+            .light_sides(seen.scene, seen.light_sides)
             .bind(6, &self.sides);
         let uniform = ShadowVolumesUniform::new(seen, self.edges);
         let find_silhouettes = of_entry("find_silhouettes")
@@ -213,10 +216,11 @@ pub fn shadow_volumes(
     frame: &mut Recording,
     seen: Receivers,
     edges: &EdgeTables,
+    unsure: &UnsureTests,
 ) -> Result<PooledBuffer> {
     check_image(&frame.gpu, seen.camera)?;
     let volumes = Volumes::new(frame, seen, edges)?;
-    volumes.find(frame);
+    volumes.find(frame, unsure);
     volumes.count(frame);
     let visibility = volumes.answer(frame)?;
     let per_side = vertices_per_side(seen);

@@ -23,6 +23,7 @@ use crate::gpu::passes::warp_map::WarpMap;
 use crate::gpu::passes::{forward_importance, samples, shadow_edge, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{ReadResults, Recording, Source};
+use crate::gpu::unsure::{UnsureRead, UnsureTests};
 use crate::light::Light;
 use crate::region::Region;
 use crate::scene::Scene;
@@ -41,6 +42,10 @@ pub struct View<'a> {
     draws_whole_maps: bool,
     stats: Stats,
     begun: Option<InitialImage>,
+    /// What float32 left open, once something asked.
+    unsure: Option<UnsureTests>,
+    /// Whether the method leaves open what float32 does not know.
+    leaves_open: bool,
 }
 
 /// Pixels, where a method counts them.
@@ -150,6 +155,8 @@ impl<'a> View<'a> {
                 ..Stats::default()
             },
             begun: None,
+            unsure: None,
+            leaves_open: false,
         }
     }
 
@@ -157,7 +164,12 @@ impl<'a> View<'a> {
     fn begun(&mut self) -> Result<&mut InitialImage> {
         let begun = match self.begun.take() {
             Some(begun) => begun,
-            None => image_tiles::begin(&mut self.frame, self.seen)?,
+            None => {
+                let unsure = self.take_unsure()?;
+                let begun = image_tiles::begin(&mut self.frame, self.seen, &unsure)?;
+                self.unsure = Some(unsure);
+                begun
+            }
         };
         Ok(self.begun.insert(begun))
     }
@@ -331,6 +343,22 @@ impl<'a> View<'a> {
 
     pub(crate) fn submit(&mut self) -> Result<ReadResults> {
         self.frame.submit()
+    }
+
+    /// The list of what float32 leaves open, to be given back.
+    fn take_unsure(&mut self) -> Result<UnsureTests> {
+        match self.unsure.take() {
+            Some(unsure) => Ok(unsure),
+            None => UnsureTests::new(&mut self.frame, &self.seen.scene.room),
+        }
+    }
+
+    /// Reads what float32 left open.
+    pub(crate) fn read_unsure(&mut self) -> Result<Option<UnsureRead>> {
+        let has_rim = self.light.cone().is_some();
+        let unsure = self.unsure.take().filter(|_| has_rim || self.leaves_open);
+        let read = unsure.map(|unsure| unsure.read(&mut self.frame));
+        read.transpose()
     }
 
     /// Receivers that face the light in all layers, once their bounds were asked for.

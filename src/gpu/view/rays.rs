@@ -31,7 +31,11 @@ impl View<'_> {
         let hierarchy = self.kept(shadow_rays::HIERARCHY_LABEL, |view| {
             view.seen.scene.hierarchy(&view.frame, view.scene)
         })?;
-        shadow_rays::shadow_rays(&mut self.frame, self.seen, &hierarchy)
+        let unsure = self.take_unsure()?;
+        let image = shadow_rays::shadow_rays(&mut self.frame, self.seen, &hierarchy, &unsure)?;
+        self.unsure = Some(unsure);
+        self.leaves_open = true;
+        Ok(image)
     }
 
     /// What ray queries search; built where it is missing.
@@ -50,7 +54,11 @@ impl View<'_> {
 
     /// The visibility image by the device's ray queries.
     pub fn ray_queries(&mut self, structure: &AccelerationStructure) -> Result<PooledBuffer> {
-        ray_queries::ray_queries(&mut self.frame, self.seen, structure)
+        let unsure = self.take_unsure()?;
+        let image = ray_queries::ray_queries(&mut self.frame, self.seen, structure, &unsure)?;
+        self.unsure = Some(unsure);
+        self.leaves_open = true;
+        Ok(image)
     }
 
     /// The visibility image by shadow volumes; the scene's edges are found where they are not known.
@@ -58,6 +66,9 @@ impl View<'_> {
         let edges = self.kept(shadow_volumes::EDGES_LABEL, |view| {
             view.seen.scene.edges(&view.frame, view.scene)
         })?;
-        shadow_volumes::shadow_volumes(&mut self.frame, self.seen, &edges)
+        let unsure = self.take_unsure()?;
+        let image = shadow_volumes::shadow_volumes(&mut self.frame, self.seen, &edges, &unsure)?;
+        self.unsure = Some(unsure);
+        Ok(image)
     }
 }

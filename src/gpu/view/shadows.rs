@@ -11,6 +11,7 @@ use crate::gpu::passes::rasterize::RasterJob;
 use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
 use crate::gpu::passes::{caster_tests, image_tiles, receiver_lists, receiver_tiles, shadow_map};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::unsure::UnsureTests;
 
 /// Texels along each side of the map that settles receivers before they are listed, at most.
 const MAX_MAP_TEXELS: u32 = 1024;
@@ -49,7 +50,9 @@ impl View<'_> {
         let visibility = match pixels {
             Pixels::All => self.begun_image()?,
             Pixels::Samples(_) => {
-                let begun = image_tiles::begin(&mut self.frame, seen)?;
+                // The rim of a cone in a few samples is nobody's concern.
+                let unsure = UnsureTests::new(&mut self.frame, &self.seen.scene.room)?;
+                let begun = image_tiles::begin(&mut self.frame, seen, &unsure)?;
                 begun.visibility.expect("nobody took it yet")
             }
         };
@@ -118,6 +121,7 @@ impl View<'_> {
             return self.all_in_shadow();
         }
         let visibility = self.begun_image()?;
+        let unsure = self.take_unsure()?;
         // As many rows of the image as one binding has room for.
         let row_bytes = RECEIVER_BYTES * u64::from(self.camera.width);
         let rows = (self.frame.gpu.largest_storage() / row_bytes).max(1);
@@ -141,9 +145,11 @@ impl View<'_> {
                 let frame = &mut self.frame;
                 let lists =
                     receiver_lists::receiver_lists(frame, seen, &grid, warp, &texels, &visibility)?;
-                caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility)?;
+                caster_tests::caster_tests(frame, seen, &grid, warp, &lists, &visibility, &unsure)?;
             }
         }
+        self.unsure = Some(unsure);
+        self.leaves_open = true;
         Ok(Recorded {
             visibility,
             layers: vec![],

@@ -1,0 +1,116 @@
+//! Whether one triangle shadows one receiver, in float64: what an engine asks where float32 is not sure.
+//!
+//! The receiver is the point where the middle of a pixel meets the plane of a triangle. It is in shadow where its
+//! triangle shows the camera the side away from the light, where it is outside of the light's cone, or where
+//! another triangle lies between it and the light. A triangle in whose plane the light lies shadows nothing, and
+//! one in whose plane the receiver lies does not shadow it.
+
+use crate::camera::Camera;
+use crate::light::{Cone, Light};
+use crate::rounding::FLOAT64_ROUNDING;
+use crate::scene::{Scene, unit_normal};
+use crate::sides::Source;
+use glam::{DVec2, DVec3};
+
+/// A receiver and its ray towards the light.
+pub struct ReceiverRay<'a> {
+    scene: &'a Scene,
+    eye: DVec3,
+    source: Source,
+    triangle: u32,
+    /// The receiver relative to the eye.
+    point: DVec3,
+    /// The vector from the receiver to the light, of length one where that is at infinity.
+    to_light: DVec3,
+    /// Unit axes across it.
+    axes: [DVec3; 2],
+}
+
+impl<'a> ReceiverRay<'a> {
+    /// Of a pixel, row * width + column, that sees a triangle.
+    pub fn new(
+        scene: &'a Scene,
+        camera: &Camera,
+        light: &Light,
+        pixel: u32,
+        triangle: u32,
+    ) -> Self {
+        let eye = camera.eye;
+        let ray = camera.ray_from_pixel(pixel % camera.width, pixel / camera.width);
+        let corners = scene.corners(triangle).map(|corner| corner - eye);
+        let normal = unit_normal(corners[0], corners[1], corners[2]);
+        let point = ray * (normal.dot(nearest(corners)) / normal.dot(ray));
+        let to_light = match light.position() {
+            Some(position) => (position - eye) - point,
+            None => light.vector_from_point(eye),
+        };
+        let (x, y) = to_light.normalize().any_orthonormal_pair();
+        Self {
+            scene,
+            eye,
+            source: Source::of(light),
+            triangle,
+            point,
+            to_light,
+            axes: [x, y],
+        }
+    }
+
+    /// Whether the light would reach the receiver if nothing lay between them.
+    pub fn is_facing(&self, light: &Light) -> bool {
+        let own = self.scene.corners(self.triangle);
+        let sides = self.source.side_of(own) * Source::Point(self.eye).side_of(own);
+        let is_in_cone = |cone: Cone| cone.depth_of(-self.to_light) >= 0.0;
+        sides > 0 && light.cone().is_none_or(is_in_cone)
+    }
+
+    /// Whether another triangle lies between the receiver and the light. The same edge of two triangles is the
+    /// same numbers but for the sign, so that no ray slips between them.
+    pub fn is_shadowed_by(&self, caster: u32) -> bool {
+        let corners = self.scene.corners(caster);
+        let relative = corners.map(|corner| (corner - self.eye) - self.point);
+        caster != self.triangle
+            && is_inside(relative, self.axes[0], self.axes[1])
+            && self.is_behind(relative, self.source.side_of(corners))
+    }
+
+    /// Whether another triangle lies before the receiver on the camera's ray. Where float32 saw a surface a
+    /// hair's breadth below the first one, that does not shadow it: it is what the pixel sees.
+    pub fn is_hidden_by(&self, triangle: u32) -> bool {
+        let corners = self.scene.corners(triangle);
+        let from_eye = corners.map(|corner| corner - self.eye);
+        let (x, y) = self.point.normalize().any_orthonormal_pair();
+        is_inside(from_eye, x, y)
+            && self.is_behind(
+                from_eye.map(|corner| corner - self.point),
+                Source::Point(self.eye).side_of(corners),
+            )
+    }
+
+    /// Whether the receiver is on the other side of a triangle's plane, by more than float64 rounds. Corners are
+    /// relative to it.
+    fn is_behind(&self, corners: [DVec3; 3], side: i8) -> bool {
+        let [a, b, c] = corners;
+        let corner = nearest(corners);
+        let depth = f64::from(side) * unit_normal(a, b, c).dot(corner);
+        depth > FLOAT64_ROUNDING * (corner.length() + self.point.length())
+    }
+}
+
+/// Whether the origin is inside of a triangle that is seen along axes.
+fn is_inside(corners: [DVec3; 3], x: DVec3, y: DVec3) -> bool {
+    let [a, b, c] = corners.map(|v| DVec2::new(x.dot(v), y.dot(v)));
+    let edges = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+    let has_one_sign = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+    has_one_sign && edges != [0.0; 3]
+}
+
+/// The corner that is nearest to the origin: it knows best how far that is off the plane.
+fn nearest(corners: [DVec3; 3]) -> DVec3 {
+    let [a, b, c] = corners;
+    let nearer = |a: DVec3, b: DVec3| match b.length_squared() < a.length_squared() {
+        true => b,
+        false => a,
+    };
+    nearer(nearer(a, b), c)
+}
