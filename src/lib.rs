@@ -1,4 +1,4 @@
-//! lixel renders hard shadows with research shadow-map methods on the GPU.
+//! lixel renders hard shadows with research shadow-map methods, on the GPU or on the CPU alone.
 //!
 //! Storeys, each knowing nothing of the ones below it in this list:
 //!
@@ -6,7 +6,8 @@
 //!   ray-cast reference.
 //! * `projection` and `warp`: maps between the world and the texels of a shadow map.
 //! * `fits`: from receivers to the layers of a shadow map.
-//! * `gpu` with its `passes`, and `shaders/`: one pass is one file, one label and one key of `timings`.
+//! * engines: `gpu` with its `passes`, and `shaders/`: one pass is one file, one label and one key of `timings`;
+//!   `cpu`, which needs no driver. Neither knows the other.
 //! * `methods`: one method, one paper, one file.
 //! * `python`: the only file that names pyo3.
 
@@ -15,8 +16,10 @@ mod aliasing;
 pub mod bias;
 mod bvh;
 mod camera;
+pub mod cpu;
 mod edge_directions;
 mod edges;
+mod engine;
 mod error;
 mod fits;
 mod frustum;
@@ -24,6 +27,7 @@ mod geometry;
 mod gpu;
 mod lanes;
 mod light;
+mod lock;
 mod methods;
 mod occlusion;
 pub mod projection;

@@ -19,9 +19,9 @@ pub struct ReceiverRay<'a> {
     source: Source,
     triangle: u32,
     /// The receiver relative to the eye.
-    point: DVec3,
+    pub point: DVec3,
     /// The vector from the receiver to the light, of length one where that is at infinity.
-    to_light: DVec3,
+    pub to_light: DVec3,
     /// Unit axes across it.
     axes: [DVec3; 2],
 }

@@ -2,9 +2,12 @@
 
 use crate::aliasing::{self, RenderedLayer};
 use crate::camera::Camera;
+use crate::cpu;
+use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::fits::receivers::Setting;
+use crate::gpu::facts::Fact;
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
@@ -13,8 +16,9 @@ use crate::gpu::recording::{Read, ReadResults, Recording, Source, Timings};
 use crate::gpu::scene_tables::{LightSides, Room, SceneTables};
 use crate::gpu::unsure;
 use crate::gpu::view::{RasterizedLayer, Recorded, Stats, View, WarpedLayer};
-use crate::gpu::{self, AdapterDescription, Gpu, lock};
+use crate::gpu::{AdapterDescription, Gpu};
 use crate::light::Light;
+use crate::lock::lock;
 use crate::methods::Method;
 use crate::reference::surface;
 use crate::region::Region;
@@ -145,9 +149,12 @@ impl Rendered {
     }
 }
 
-/// What stays on the device between frames of one scene.
+/// What stays between frames of one scene, of each engine.
 #[derive(Default)]
-pub struct SceneCache(Mutex<Option<DeviceScene>>);
+pub struct SceneCache {
+    gpu: Mutex<Option<DeviceScene>>,
+    pub cpu: cpu::KeptParts,
+}
 
 struct DeviceScene {
     gpu: Arc<Gpu>,
@@ -188,6 +195,7 @@ pub const MAX_TOGETHER: usize = 4;
 /// Renders the shadows of each light: what the camera sees is found once, and what the lights submit goes
 /// to the device together. The second call with the same scene and camera starts at the receivers.
 pub fn render(
+    engine: &Engine,
     scene: &Scene,
     cache: &SceneCache,
     camera: &Camera,
@@ -195,18 +203,53 @@ pub fn render(
     method: &Method,
     outputs: Outputs,
 ) -> Result<Vec<Rendered>> {
-    let gpu = gpu::gpu()?;
-    check_image(&gpu, camera)?;
-    camera.check_float32(scene.bounds())?;
-    let mut cached = lock(&cache.0);
-    let mut rendered = one_by_one_where_short(lights, |lights| {
-        render_together(&gpu, scene, &mut cached, camera, lights, method, outputs)
-    })?;
-    drop(cached);
+    let mut rendered = match engine {
+        Engine::Gpu(gpu) => {
+            check_image(gpu, camera)?;
+            camera.check_float32(scene.bounds())?;
+            let mut cached = lock(&cache.gpu);
+            one_by_one_where_short(lights, |lights| {
+                render_together(gpu, scene, &mut cached, camera, lights, method, outputs)
+            })?
+        }
+        Engine::Cpu => {
+            let lights = lights.iter();
+            let rendered = lights.map(|light| {
+                let frame = cpu::Frame::new(scene, camera, light, &cache.cpu, outputs.culls)?;
+                render_on_cpu(frame, scene, method, outputs)
+            });
+            rendered.collect::<Result<_>>()?
+        }
+    };
     for (frame, light) in rendered.iter_mut().zip(lights) {
         frame.measure(scene, camera, light, outputs);
     }
     Ok(rendered)
+}
+
+fn render_on_cpu(
+    mut frame: cpu::Frame,
+    scene: &Scene,
+    method: &Method,
+    outputs: Outputs,
+) -> Result<Rendered> {
+    let visibility = method.answer_on_cpu(&mut frame)?;
+    let mut stats = Stats::new(scene);
+    for &(label, name, count) in &frame.counts {
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        stats.facts.add(label, vec![Fact::sum(name, count)]);
+    }
+    let reads_triangles = outputs.reads_triangles();
+    let triangle_id = reads_triangles.then(|| frame.triangle_ids());
+    stats.skipped = frame.skipped;
+    Ok(Rendered {
+        visibility,
+        triangle_id: triangle_id.unwrap_or_default(),
+        timings: frame.timings,
+        stats,
+        adapter: Engine::Cpu.description(),
+        ..Rendered::default()
+    })
 }
 
 /// What the work makes of all items at once, or of one at a time: there may be memory for that.
@@ -487,88 +530,4 @@ fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::{DMat4, DQuat, DVec2, DVec3};
-    use std::f64::consts::FRAC_PI_2;
-    use std::sync::atomic::Ordering;
-
-    /// A floor, and over it rows of small squares.
-    fn floor_and_squares() -> Scene {
-        let mut vertices = Vec::new();
-        let mut triangles = Vec::new();
-        let mut add = |centre: DVec3, side: f64| {
-            let first = vertices.len() as u32;
-            for (x, z) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)] {
-                vertices.push(centre + DVec3::new(x, 0.0, z) * side);
-            }
-            triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| first + i)));
-        };
-        add(DVec3::ZERO, 4.0);
-        for i in 0..100 {
-            let (x, z) = (f64::from(i % 10), f64::from(i / 10));
-            add(DVec3::new(0.6 * x - 2.7, 1.0, 0.6 * z - 2.7), 0.15);
-        }
-        Scene::new(vertices, triangles).unwrap()
-    }
-
-    #[test]
-    fn what_has_no_room_together_is_done_one_by_one() {
-        let mut calls = Vec::new();
-        let mut work = |items: &[i32]| {
-            calls.push(items.len());
-            match items {
-                [0] => Err(Error::Value("zero".to_string())),
-                [one] => Ok(vec![-one]),
-                _ => Err(Error::Device("no memory".to_string())),
-            }
-        };
-        assert_eq!(
-            one_by_one_where_short(&[1, 2, 3], &mut work),
-            Ok(vec![-1, -2, -3])
-        );
-        assert!(one_by_one_where_short(&[1, 0], &mut work).is_err());
-        assert_eq!(calls, [3, 1, 1, 1, 2, 1, 1]);
-    }
-
-    #[test]
-    fn casters_in_parts_cast_the_same_shadows() {
-        let scene = floor_and_squares();
-        let looking_down = DQuat::from_rotation_x(-FRAC_PI_2);
-        let camera = Camera::new(
-            DMat4::from_rotation_translation(looking_down, DVec3::new(0.0, 6.0, 0.0)),
-            DVec2::splat(60.0),
-            DVec2::splat(48.0),
-            (96, 96),
-            (1e-3, f64::INFINITY),
-        )
-        .unwrap();
-        let light = Light::directional(DVec3::new(0.3, -1.0, 0.2)).unwrap();
-        let exact = Method::schema("exact").unwrap();
-        let method = Method::new(exact, &exact.defaults()).unwrap();
-        let cache = SceneCache::default();
-        let render = || {
-            let outputs = Outputs::from_names(&[], true).unwrap();
-            let rendered = render(&scene, &cache, &camera, &[&light], &method, outputs);
-            rendered.unwrap().remove(0)
-        };
-        let whole = render();
-        let in_shadow = whole.visibility.iter().filter(|v| **v == 0.0).count();
-        assert!((200..5000).contains(&in_shadow), "{in_shadow}");
-        let cached = lock(&cache.0);
-        let tables = &cached.as_ref().unwrap().tables;
-        tables.room.caster_parts.store(5, Ordering::Relaxed);
-        drop(cached);
-        let parted = render();
-        let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&parted.visibility), bits(&whole.visibility));
-        // Each part lists fewer.
-        let items = |rendered: &Rendered| {
-            let mut passes = rendered.stats.facts.0.iter();
-            let of_pass = passes.find(|(label, _)| *label == "caster tests");
-            let mut facts = of_pass.unwrap().1.iter();
-            facts.find(|fact| fact.name == "work_items").unwrap().value
-        };
-        assert!(2 * items(&parted) < items(&whole) + 2);
-    }
-}
+mod tests;

@@ -285,7 +285,7 @@ pub fn run_on_device<const INPUTS: usize>(
         }}",
         cases.len()
     );
-    let gpu = gpu::gpu().unwrap();
+    let gpu = gpu::gpu("").unwrap();
     let device = &gpu.device;
     let refused = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {

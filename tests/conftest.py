@@ -1,12 +1,24 @@
-"""Fixtures that the tests share: a small view, and the truth for it."""
+"""Fixtures that the tests share: a small view, the truth for it, and the engines."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
 
 import lixel as lx
+
+# The suite tests the shaders, on whatever adapter there is. Tests of the CPU engine name it, and
+# those of both engines take the fixture `engine`.
+os.environ.setdefault("LIXEL_DEVICE", "gpu")
+
+NOT_ON_CPU = {
+    "test_a_warp_shortens_the_longest_list": "its lists are of triangles, and nothing warps them",
+    "test_rays_are_counted": "it does not count the steps of a walk",
+}
+"""Tests of both engines that do not hold on the CPU engine, and why."""
 
 
 class View(NamedTuple):
@@ -27,11 +39,29 @@ def truth(view: View) -> lx.Reference:
     return lx.reference(*view)
 
 
+@pytest.fixture(scope="module", params=["gpu", "cpu"])
+def engine(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Both engines in turn, as the device of all that names none."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "cpu" or os.environ["LIXEL_DEVICE"] == "cpu":
+            patch.setenv("LIXEL_DEVICE", request.param)
+        yield request.param
+
+
+@pytest.fixture(autouse=True)
+def _leave_out_what_differs(request: pytest.FixtureRequest) -> None:
+    if "engine" not in request.fixturenames or request.getfixturevalue("engine") != "cpu":
+        return
+    reason = NOT_ON_CPU.get(request.node.originalname)
+    if reason is not None:
+        pytest.skip(f"on the CPU engine: {reason}")
+
+
 @pytest.fixture
 def ray_queries() -> lx.RayTraced:
     """`ray_traced` by the device's own ray queries; skips, and says so, where it has none."""
     device = lx.info().device
     assert device is not None
-    if "EXPERIMENTAL_RAY_QUERY" not in device["used_features"]:
-        pytest.skip(f"the adapter {device['name']} ({device['driver']}) has no ray queries")
+    if "EXPERIMENTAL_RAY_QUERY" not in device.get("used_features", ()):
+        pytest.skip(f"{device['name']} ({device['driver']}) has no ray queries")
     return lx.RayTraced(traversal="hardware")

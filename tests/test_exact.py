@@ -1,4 +1,4 @@
-"""Methods that promise no wrong pixel but the reference's ties, from views where that is hard."""
+"""Methods that promise no wrong pixel but ties, from views where that is hard, on both engines."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import lixel as lx
 from lixel.scenes import GENERATORS
 
 SIZE = {"width": 160, "height": 90}
+
+pytestmark = pytest.mark.usefixtures("engine")
 
 
 @pytest.fixture(params=["exact", "rays in compute", "ray queries"])

@@ -136,7 +136,7 @@ def test_no_circle_of_imports_among_modules() -> None:
 
 
 # The folders and files of each storey, and what they must not name.
-ENGINES = {"gpu"}
+ENGINES = {"gpu", "cpu"}
 STOREYS = [
     ({"warp", "lanes", "rounding", "shadow_ray", "region", "geometry", "frustum",
       "edge_directions", "light", "camera"},

@@ -57,13 +57,13 @@ def test_the_core_checks_for_itself(outputs, view):
     scene, camera, light = view
     core = (scene._core, camera._core_for(scene), [light._core])
     with pytest.raises(ValueError, match="unknown"):
-        _core.render(*core, "unknown", {}, outputs)
+        _core.render(*core, ("unknown", {}), outputs)
     for parameters, words in (
         ({"resolution": 0}, "resolution .* got 0"),
         ({"colour": 1}, "colour"),
     ):
         with pytest.raises(ValueError, match=words):
-            _core.render(*core, "uniform", parameters, outputs)
+            _core.render(*core, ("uniform", parameters), outputs)
 
 
 @pytest.mark.parametrize("scale", [1e-25, 1e-12, 1e-3, 1e9, 1e25])

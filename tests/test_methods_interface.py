@@ -51,7 +51,6 @@ def test_names_and_objects():
         ("uniform+desired_view", ValueError, "joins what cannot be joined; known: 'uniform'"),
         (lx.Uniform, TypeError, r"got the class itself"),
         (7, TypeError, "method must be a name .* or a method object, got int"),
-        (None, TypeError, "method must be a name .* or a method object, got NoneType"),
     ],
 )
 def test_unknown_methods_are_named(method, error, words, view):

@@ -128,7 +128,7 @@ def test_both_entries_refuse_in_the_same_words(name, parameter, value, error, wo
     assert words in str(of_class.value)
     core = (scene._core, camera._core_for(scene), [light._core])
     with pytest.raises(error) as of_core:
-        _core.render(*core, name, {parameter: value}, [])
+        _core.render(*core, (name, {parameter: value}), [])
     assert str(of_core.value) == str(of_class.value)
 
 

@@ -197,10 +197,10 @@ def test_outputs_are_those_of_the_core(view):
     scene, camera, light = view
     core = (scene._core, camera._core_for(scene), [light._core])
     with pytest.raises(ValueError, match=r"outputs must be among .*, got 'colour'") as refused:
-        _core.render(*core, "uniform", {}, ["colour"])
+        _core.render(*core, ("uniform", {}), ["colour"])
     assert tuple(str(refused.value).split("'")[1:-2:2]) == OUTPUTS
     for name in OUTPUTS:
-        [rendered] = _core.render(*core, "rtw", {}, [name])
+        [rendered] = _core.render(*core, ("rtw", {}), [name])
         shown = [other for other in OUTPUTS if getattr(rendered, other) is not None]
         assert shown == [name]
         assert rendered.visibility.shape == (camera.height, camera.width)

@@ -1,4 +1,4 @@
-"""Hard shadows with research shadow-map methods on the GPU, and how wrong each one is.
+"""Hard shadows with research shadow-map methods, and how wrong each one is.
 
 A *lixel* is a light pixel: one texel of a shadow map. A whole example::
 
@@ -12,7 +12,7 @@ A *lixel* is a light pixel: one texel of a shadow map. A whole example::
 
     frame = lx.render(scene, camera, light, lx.DesiredView(resolution=2048))
     frame.save("shadows.png")
-    print(frame.timings)  # milliseconds on the GPU for each pass
+    print(frame.timings)  # milliseconds for each pass
 
     truth = lx.reference(scene, camera, light)
     print(lx.compare(frame, truth))  # misclassified pixels: false lit, false shadow
@@ -21,6 +21,9 @@ Without a file at hand, `lixel.scenes` makes one::
 
     scene = lx.scenes.colonnade()
     camera, light = scene.cameras["default"], scene.lights["default"]
+
+A method is carried out by a GPU, or by lixel's own engine on the CPU, which needs no driver:
+``device="gpu"``, ``device="cpu"``, or the best that is there; `info` lists them.
 
 Conventions are glTF's: right-handed, cameras and lights look along their -Z, angles in radians,
 poses from the camera to the world. Images are (H, W) arrays with row 0 at the top; lengths are

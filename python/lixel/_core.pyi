@@ -1,7 +1,7 @@
 """The compiled core: arrays in, arrays out. Use the names in `lixel`, which wrap these."""
 
 from collections.abc import Sequence
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ __all__ = [
     "check_parameters",
     "clear_cache",
     "device",
+    "engine",
     "labels",
     "methods",
     "parameters",
@@ -164,15 +165,16 @@ def render(
     scene: Scene,
     camera: Camera,
     lights: Sequence[Light],
-    method: str,
-    parameters: dict[str, Any],
+    method: tuple[str, dict[str, Any]],
     outputs: Sequence[str],
     *,
     culling: bool = True,
+    device: str | None = None,
 ) -> list[Rendered]:
-    """Frames by one method, one for each light, with what `outputs` names.
+    """Frames by one method, a name with parameters, one for each light, with what `outputs` names.
 
-    The lights share the pass that finds what the camera sees, and submit their work together.
+    The lights share the pass that finds what the camera sees; on a GPU they submit their work
+    together. `device` is as for `engine`.
     `outputs` are names of attributes of `Rendered` that may be None; the others are always there.
     Without `culling` nothing is left out, not even what cannot change a picture.
     """
@@ -195,10 +197,25 @@ def brute_force(
     """As `reference`, over all triangles, for some pixels (row * width + column): (n,) arrays."""
 
 def clear_cache() -> None:
-    """Free the scratch memory on the device that no frame is using."""
+    """Free the scratch memory on devices that no frame is using."""
 
 def adapters() -> list[dict[str, Any]]:
     """Every adapter: name, type, backend, driver, features, limits. Empty where there is none."""
 
-def device() -> dict[str, Any]:
-    """The adapter in use, its limits and the optional features used. Raises DeviceError."""
+def engine(device: str | None, method: str) -> Literal["cpu", "gpu"]:
+    """The engine that carries out a method: that of a device, of ``LIXEL_DEVICE`` or the best.
+
+    Raises
+    ------
+    ValueError
+        An unknown device or method.
+    DeviceError
+        The method has no form on the CPU engine, or no adapter is there or gives a device.
+    """
+
+def device(device: str | None = None, method: str = "exact") -> dict[str, Any]:
+    """What `engine` chooses: name, type, backend and driver.
+
+    Of an adapter also its limits and the features used; of the CPU engine its lanes, its threads
+    and its methods. Raises as `engine` does.
+    """

@@ -29,33 +29,43 @@ from .lab import (
 )
 from .lab.options import (
     SCENE_HELP,
+    add_device,
     add_methods,
     add_one_method,
     add_output,
     add_parameters,
     add_resolutions,
     add_view,
+    device_of,
     method_with,
     view_of,
 )
-from .lab.report import status, table
+from .lab.report import status
 from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
 from .pictures.display import milliseconds
 
-DESCRIPTION = "Hard shadows with research shadow-map methods on the GPU, and how wrong each one is."
+DESCRIPTION = "Hard shadows with research shadow-map methods, and how wrong each one is."
 
 
 class Command(NamedTuple):
-    """A line about a command, its options, and what it does with them."""
+    """A line about a command, its options, and what it does with them.
+
+    A command that renders has a `device`: ``"gpu"`` where all of its table is to be of one device,
+    and not of the CPU engine where that has a method and of an adapter elsewhere. `--device` and
+    ``LIXEL_DEVICE`` count for more.
+    """
 
     help: str
     add_arguments: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace], None]
+    renders: bool = True
+    device: str | None = None
 
     @classmethod
-    def of(cls, module: ModuleType) -> Command:
+    def of(cls, module: ModuleType, device: str | None = None) -> Command:
         """That of a module, whose docstring begins with the line."""
-        return cls((module.__doc__ or "").split("\n\n")[0], module.add_arguments, module.run)
+        line = (module.__doc__ or "").split("\n\n")[0]
+        return cls(line, module.add_arguments, module.run, device=device)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,7 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # What a table says of where it comes from: the names of files, not this machine's folders.
         names = (Path(word).name if Path(word).is_absolute() else word for word in given)
         options.line = shlex.join(["lixel", *names])
-        options.run(options)
+        with device_of(options):
+            options.run(options)
     except (ValueError, TypeError, OSError, ImportError, DeviceError) as error:
         # One line, whatever the message holds.
         status("lixel: error: " + " ".join(str(error).split()))
@@ -121,6 +132,8 @@ def _add_all(parsers: Any, commands: Mapping[str, Command]) -> None:
         added = parsers.add_parser(name, help=command.help, description=command.help)
         added.set_defaults(run=command.run)
         command.add_arguments(added)
+        if command.renders:
+            add_device(added, command.device)
 
 
 # --- The commands that are no experiments ---
@@ -159,7 +172,7 @@ def _compare(options: argparse.Namespace) -> None:
         for name in options.method or [n for n, method in maps.items() if method().takes(light)]
         for resolution in options.resolution or [None]
     ]
-    print(table(demo.evaluate(scene, camera, light, methods, options.output)))
+    demo.show(demo.evaluate(scene, camera, light, methods, options.output))
 
 
 def _info(_: argparse.Namespace) -> None:
@@ -177,7 +190,10 @@ COMMANDS: Mapping[str, Command] = {
         "Render with methods, and count the pixels that each misclassifies.", _add_compare, _compare
     ),
     "info": Command(
-        "Tell adapters, drivers, limits, and which features are used.", lambda _: None, _info
+        "Tell the CPU engine, adapters, drivers, limits, and which of them is in use.",
+        lambda _: None,
+        _info,
+        renders=False,
     ),
     "demo": Command.of(demo),
 }
@@ -185,12 +201,12 @@ COMMANDS: Mapping[str, Command] = {
 LAB: Mapping[str, Command] = {
     "study": Command.of(study),
     "peers": Command.of(peers),
-    "papers": Command.of(papers),
-    "stress": Command.of(stress),
-    "culling": Command.of(culling),
-    "flicker": Command.of(flicker),
-    "accuracy": Command.of(accuracy),
-    "growth": Command.of(growth),
-    "calibration": Command.of(calibration),
+    "papers": Command.of(papers, device="gpu"),
+    "stress": Command.of(stress, device="gpu"),
+    "culling": Command.of(culling, device="gpu"),
+    "flicker": Command.of(flicker, device="gpu"),
+    "accuracy": Command.of(accuracy, device="gpu"),
+    "growth": Command.of(growth, device="gpu"),
+    "calibration": Command.of(calibration, device="gpu"),
 }
 """Each is the module of its name in `lixel.lab`."""

@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from . import _core
 from .arguments import instance
-from .auto import choose
+from .auto import choose, choose_on_cpu
 from .camera import Camera
 from .light import LIGHTS, Light
-from .methods import Auto, Method, method_from
+from .methods import Auto, Exact, Method, method_from
 from .pictures import display
 from .receivers import Receivers
 from .scene import Scene
@@ -96,11 +96,14 @@ class Frame(Receivers):
         Rosen's MER, (width, height) in texels: the size of a uniform map with the detail that this
         one has where it has most.
     timings : dict of str to float
-        Milliseconds on the GPU for each pass that ran. A pass that was not needed has no entry.
+        Milliseconds for each pass that ran, on the GPU or on the CPU engine. A pass that was not
+        needed has no entry.
     stats : dict
         What was culled, skipped and written.
     adapter : dict
-        Name, type, backend and driver of the machine.
+        Name, type, backend and driver of the GPU; of the CPU engine the name of the processor, the
+        type ``"Cpu engine"``, the backend ``"lixel"``, and as the driver its version, the kind of
+        vector instructions and the number of threads.
     """
 
     method: Method
@@ -177,24 +180,34 @@ def render_shadows(
     scene: Scene,
     camera: Camera,
     light: Light | Sequence[Light],
-    method: str | Method = "auto",
+    method: str | Method | None = None,
     *,
+    device: str | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
 ) -> npt.NDArray[np.float32]:
     """Which pixels the light, or each of several lights, reaches.
 
-    Several lights share the pass that finds what the camera sees, and submit their work together;
-    with ``"auto"`` each has its turn.
+    Several lights share the pass that finds what the camera sees. On a GPU they submit their work
+    together; with ``"auto"`` each has its turn.
 
     Parameters
     ----------
     scene : Scene
     camera : Camera
     light : Light, or list or tuple of them
-    method : str or method object
+    method : str or method object, optional
         A name of `lixel.METHODS`, or an object with parameters such as
-        ``DesiredView(resolution=2048)``; ``"auto"`` chooses for each light, see `Auto`.
+        ``DesiredView(resolution=2048)``; ``"auto"`` chooses for each light, see `Auto`. None:
+        ``"exact"`` on the CPU engine, where nothing is faster; on a GPU, or where `max_error` or
+        `max_ms` is given, ``"auto"``.
+    device : str, optional
+        Who renders: ``"cpu"``, lixel's own engine, which needs no driver; ``"gpu"``, the best
+        adapter, of hardware or else of software; or a part of the name of an adapter, in any case,
+        such as ``"llvmpipe"``. None: what the environment variable ``LIXEL_DEVICE`` names; without
+        it a hardware GPU where there is one, else the CPU engine if it has the method, else a
+        software driver. `info` lists what there is. The CPU engine has as many threads as the
+        variable ``RAYON_NUM_THREADS`` says, or as there are cores.
     max_error : float, optional
         Parameter of `Auto`: most wrong pixels, as a share of those that see a surface. None: 0.001.
     max_ms : float, optional
@@ -210,19 +223,20 @@ def render_shadows(
     ------
     ValueError
         An unknown method; the message lists the known ones. `max_error` or `max_ms` with a method
-        other than ``"auto"``.
+        other than ``"auto"``. A device that there is not; the message lists the adapters.
     TypeError
         An argument of another type.
     DeviceError
-        No adapter, or the adapter lacks what the method needs; the message says the remedy.
+        The CPU engine has no form of the method; no adapter; or the adapter lacks what the method
+        needs. The message says the remedy.
     """
-    chosen = _bounded(method, max_error=max_error, max_ms=max_ms)
+    chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
     # A direction is a sequence too, and no light.
     if isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS)):
-        found = _parts_of_lights(scene, camera, light, chosen)
+        found = _parts_of_lights(scene, camera, light, chosen, device)
         images = np.array([parts.visibility for parts in found], np.float32)
         return images.reshape(-1, camera.height, camera.width)
-    [parts] = _parts_of_lights(scene, camera, [cast(Light, light)], chosen)
+    [parts] = _parts_of_lights(scene, camera, [cast(Light, light)], chosen, device)
     return parts.visibility
 
 
@@ -230,8 +244,9 @@ def render(
     scene: Scene,
     camera: Camera,
     light: Light,
-    method: str | Method = "auto",
+    method: str | Method | None = None,
     *,
+    device: str | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
 ) -> Frame:
@@ -239,7 +254,7 @@ def render(
 
     Parameters
     ----------
-    scene, camera, light, method, max_error, max_ms
+    scene, camera, light, method, device, max_error, max_ms
         As for `render_shadows`; one light.
 
     Returns
@@ -251,8 +266,8 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    chosen = _bounded(method, max_error=max_error, max_ms=max_ms)
-    [parts] = _parts_of_lights(scene, camera, [light], chosen, OUTPUTS)
+    chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
+    [parts] = _parts_of_lights(scene, camera, [light], chosen, device, OUTPUTS)
     outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
     values = {name: value for name, value in vars(parts).items() if name != "outputs"}
     return Frame(scene=scene, camera=camera, light=light, **values, **outputs)
@@ -265,14 +280,15 @@ def frame_parts(
     method: str | Method,
     outputs: Sequence[Output] = (),
     *,
+    device: str | None = None,
     culling: bool = True,
 ) -> FrameParts:
     """The visibility image and the named outputs of one frame; no more is drawn than they need.
 
     Without `culling` nothing is left out, not even what cannot change a picture.
     """
-    chosen = method_from(method)
-    [parts] = _parts_of_lights(scene, camera, [light], chosen, outputs, culling=culling)
+    chosen = _chosen(method, device)
+    [parts] = _parts_of_lights(scene, camera, [light], chosen, device, outputs, culling=culling)
     return parts
 
 
@@ -281,6 +297,7 @@ def _parts_of_lights(
     camera: Camera,
     lights: Sequence[Light],
     method: Method,
+    device: str | None,
     outputs: Sequence[Output] = (),
     *,
     culling: bool = True,
@@ -295,10 +312,10 @@ def _parts_of_lights(
             scene._core,
             camera._core_for(scene),
             [light._core for light in lights],
-            method.name,
-            method.parameters(),
+            (method.name, method.parameters()),
             outputs,
             culling=culling,
+            device=device,
         )
         return [
             FrameParts(method, found.visibility, found.timings, found.stats, found.adapter, found)
@@ -308,8 +325,10 @@ def _parts_of_lights(
     if not isinstance(method, Auto):
         return rendered(lights, method, outputs)
 
+    chooses = choose_on_cpu if engine_of(device) == "cpu" else choose
+
     def chosen_for(light: Light) -> FrameParts:
-        parts = choose(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
+        parts = chooses(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
         if not outputs:
             return parts
         [whole] = rendered([light], parts.method, outputs)
@@ -318,8 +337,28 @@ def _parts_of_lights(
     return [chosen_for(light) for light in lights]
 
 
-def _bounded(method: str | Method, *, max_error: float | None, max_ms: float | None) -> Method:
-    """The method; `Auto` with the bounds that are given."""
+def engine_of(device: str | None) -> Literal["cpu", "gpu"]:
+    """Which engine renders `Exact`, and with it whatever both engines can."""
+    if device is not None and not isinstance(device, str):
+        raise TypeError(
+            "device must be 'cpu', 'gpu' or a part of the name of an adapter, "
+            f"got {type(device).__name__}"
+        )
+    return _core.engine(device, Exact.name)
+
+
+def _chosen(
+    method: str | Method | None,
+    device: str | None,
+    *,
+    max_error: float | None = None,
+    max_ms: float | None = None,
+) -> Method:
+    """The method, or the one for want of one; `Auto` with the bounds that are given."""
+    engine = engine_of(device)
+    if method is None:
+        is_bounded = max_error is not None or max_ms is not None
+        method = Auto() if is_bounded or engine == "gpu" else Exact()
     chosen = method_from(method)
     bounds = {"max_error": max_error, "max_ms": max_ms}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}

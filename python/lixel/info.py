@@ -11,39 +11,44 @@ from . import _core
 
 @dataclass(frozen=True)
 class Info:
-    """The version, every adapter, and the device in use; `print` it.
+    """The version, the CPU engine, every adapter, and which of them renders; `print` it.
 
     Attributes
     ----------
     version : str
+    cpu : dict
+        The CPU engine: name of the processor, type, backend, driver, lanes (the kind of vector
+        instructions), threads, and the methods that have a form there.
     adapters : list of dict
         Name, type, backend, driver, features and limits of each.
     device : dict or None
-        The adapter in use, its limits and the optional features used; None where there is none.
+        What renders where no ``device=`` is given: the CPU engine, or an adapter with its limits
+        and the features used. Methods without a form on the CPU engine take an adapter. None where
+        ``LIXEL_DEVICE`` or ``WGPU_ADAPTER_NAME`` names what there is not.
     problem : str or None
-        Why there is none, and what to install.
+        Why there is none, and what to do.
     """
 
     version: str
+    cpu: dict[str, Any]
     adapters: list[dict[str, Any]]
     device: dict[str, Any] | None
     problem: str | None
 
     def __str__(self) -> str:
-        lines = [f"lixel {self.version}"]
+        lines = [f"lixel {self.version}", "CPU engine", *_lines(self.cpu, "  ")]
         for adapter in self.adapters:
             lines.append("adapter")
             lines += _lines(adapter, "  ")
         if self.device is not None:
-            lines.append("in use")
-            lines += _lines(self.device, "  ")
+            lines += [f"in use: {self.device['name']} ({self.device['type']})"]
         if self.problem is not None:
             lines.append(f"no device: {self.problem}")
         return "\n".join(lines)
 
 
 def info() -> Info:
-    """Every adapter, its driver and limits, and which features are used.
+    """The CPU engine, every adapter with its driver and limits, and which of them is in use.
 
     Never raises for want of a device: `Info.problem` then says what to install.
 
@@ -54,9 +59,9 @@ def info() -> Info:
     device, problem = None, None
     try:
         device = _core.device()
-    except _core.DeviceError as error:
+    except (_core.DeviceError, ValueError) as error:
         problem = str(error)
-    return Info(_core.__version__, _core.adapters(), device, problem)
+    return Info(_core.__version__, _core.device("cpu"), _core.adapters(), device, problem)
 
 
 def _lines(values: Mapping[str, Any], indent: str) -> list[str]:

@@ -21,13 +21,18 @@ _SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
 def importance_map(
-    scene: Scene, camera: Camera, light: Light, method: str | Method = "rtw"
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: str | Method = "rtw",
+    *,
+    device: str | None = None,
 ) -> npt.NDArray[np.float32]:
     """What a warp is made from: `Frame.importance_map`, without reading back the rest of a frame.
 
     Parameters
     ----------
-    scene, camera, light, method
+    scene, camera, light, method, device
         As for `render_shadows`; a method without a warp has no importance map.
 
     Returns
@@ -41,17 +46,22 @@ def importance_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    return _output("importance_map", scene, camera, light, method)
+    return _output("importance_map", scene, camera, light, method, device)
 
 
 def warp_map(
-    scene: Scene, camera: Camera, light: Light, method: str | Method = "rtw"
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: str | Method = "rtw",
+    *,
+    device: str | None = None,
 ) -> npt.NDArray[np.float32]:
     """The functions of a warp: `Frame.warp_map`, without reading back the rest of a frame.
 
     Parameters
     ----------
-    scene, camera, light, method
+    scene, camera, light, method, device
         As for `render_shadows`; a method without a warp has no warp map.
 
     Returns
@@ -66,14 +76,19 @@ def warp_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    return _output("warp_map", scene, camera, light, method)
+    return _output("warp_map", scene, camera, light, method, device)
 
 
 def _output(
-    name: Output, scene: Scene, camera: Camera, light: Light, method: str | Method
+    name: Output,
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    method: str | Method,
+    device: str | None,
 ) -> npt.NDArray[np.float32]:
     found: npt.NDArray[np.float32] = getattr(
-        frame_parts(scene, camera, light, method, [name]).outputs, name
+        frame_parts(scene, camera, light, method, [name], device=device).outputs, name
     )
     return found
 

@@ -6,11 +6,11 @@
 
 use super::device::Gpu;
 use super::kernel::Resource;
-use super::lock::Kept;
 use super::recording::Recording;
 use super::tables::{triangle_items, write_items};
 use crate::bvh::{BoxSpace, TriangleBoxes, WALK_MARGIN};
 use crate::error::{Error, Result};
+use crate::lock::Kept;
 use crate::scene::Scene;
 use glam::DVec3;
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! The adapters of this machine, and which of them is used.
 
+use crate::error::{Error, Result};
 use wgpu::{Backends, DeviceType, Features};
 
 /// What the shaders cannot do without: the nearest (depth, triangle) of a texel is one 64-bit maximum.
@@ -11,7 +12,7 @@ const OPTIONAL_FEATURES: Features = Features::TIMESTAMP_QUERY
     .union(Features::MAPPABLE_PRIMARY_BUFFERS)
     .union(Features::EXPERIMENTAL_RAY_QUERY);
 
-pub(super) const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
+pub const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
      (Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
 
 /// Name, type, backend and driver of an adapter: part of every result.
@@ -88,17 +89,59 @@ pub(super) fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {
     }
 }
 
-/// Vulkan before other backends, discrete GPUs before integrated ones before software. The
-/// environment variable WGPU_ADAPTER_NAME (a part of the name, any case) narrows the choice.
-pub(super) fn ranked_adapters() -> Vec<wgpu::Adapter> {
-    let wanted = std::env::var("WGPU_ADAPTER_NAME").map(|name| name.to_lowercase());
-    let mut adapters: Vec<_> = pollster::block_on(instance().enumerate_adapters(Backends::all()))
-        .into_iter()
-        .filter(|adapter| {
-            let name = adapter.get_info().name.to_lowercase();
-            wanted.as_ref().map_or(true, |wanted| name.contains(wanted))
+/// Narrows the choice of an adapter where none is named: a part of its name, any case.
+const VARIABLE: &str = "WGPU_ADAPTER_NAME";
+
+/// The best adapter of those that have some text in their name, in any case; without a text, of those that
+/// the environment leaves.
+pub(super) fn adapter(name: &str) -> Result<wgpu::Adapter> {
+    if name.is_empty() {
+        let narrowed = std::env::var(VARIABLE);
+        let narrowed_to = narrowed.as_deref().unwrap_or_default();
+        let mut adapters = ranked_adapters().into_iter();
+        let found = adapters.find(|adapter| has_name(adapter, narrowed_to));
+        return found.ok_or_else(|| {
+            Error::Device(match &narrowed {
+                Ok(name) => format!(
+                    "no GPU adapter has {name:?} in its name (environment variable {VARIABLE})"
+                ),
+                Err(_) => format!("no GPU adapter found; {HOW_TO_INSTALL}"),
+            })
+        });
+    }
+    let adapters = ranked_adapters();
+    let known: Vec<_> = adapters.iter().map(|a| a.get_info().name).collect();
+    let mut adapters = adapters.into_iter();
+    adapters
+        .find(|adapter| has_name(adapter, name))
+        .ok_or_else(|| {
+            let known = match known.is_empty() {
+                true => "there is none".to_string(),
+                false => format!("there are {}", known.join(", ")),
+            };
+            Error::Value(format!(
+                "device must be 'cpu', 'gpu' or a part of the name of an adapter ({known}), got '{name}'"
+            ))
         })
-        .collect();
+}
+
+fn has_name(adapter: &wgpu::Adapter, part: &str) -> bool {
+    let name = adapter.get_info().name.to_lowercase();
+    name.contains(&part.to_lowercase())
+}
+
+/// Whether the best adapter is no software driver, and has what the shaders need.
+pub fn has_hardware() -> bool {
+    adapter("").is_ok_and(|adapter| {
+        let kind = adapter.get_info().device_type;
+        let is_software = matches!(kind, DeviceType::Cpu | DeviceType::Other);
+        !is_software && adapter.features().contains(REQUIRED_FEATURES)
+    })
+}
+
+/// Vulkan before other backends, discrete GPUs before integrated ones before software.
+fn ranked_adapters() -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance().enumerate_adapters(Backends::all()));
     adapters.sort_by_key(|adapter| {
         let info = adapter.get_info();
         let is_usable = adapter.features().contains(REQUIRED_FEATURES);

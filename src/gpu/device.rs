@@ -1,13 +1,12 @@
 //! The device: one for the process, with its pipelines and its memory.
 
 use super::adapters::{
-    AdapterDescription, HOW_TO_INSTALL, REQUIRED_FEATURES, describe, names, ranked_adapters,
-    used_features,
+    AdapterDescription, HOW_TO_INSTALL, REQUIRED_FEATURES, adapter, describe, names, used_features,
 };
-use super::lock::lock;
 use super::pool::Pool;
 use super::shaders::Shader;
 use crate::error::{Error, Result};
+use crate::lock::lock;
 use bytemuck::Pod;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -50,19 +49,31 @@ fn pipeline_key(
 /// Of the image that a render pass must have.
 pub const UNUSED_IMAGE: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-static GPU: LazyLock<Mutex<Option<Arc<Gpu>>>> = LazyLock::new(|| Mutex::new(None));
+/// The devices of this process, by the names that were asked for.
+static GPUS: LazyLock<Mutex<HashMap<String, Arc<Gpu>>>> = LazyLock::new(Mutex::default);
 
-/// The device of this process, made at the first call, and made anew after it was lost.
-pub fn gpu() -> Result<Arc<Gpu>> {
-    let mut current = lock(&GPU);
-    if let Some(gpu) = current.as_ref()
-        && lock(&gpu.lost).is_none()
-    {
+/// The device of the best adapter with that in its name, made at the first call, and made anew after it was
+/// lost. Two names of one adapter have one device.
+pub fn gpu(name: &str) -> Result<Arc<Gpu>> {
+    let mut gpus = lock(&GPUS);
+    gpus.retain(|_, gpu| lock(&gpu.lost).is_none());
+    if let Some(gpu) = gpus.get(name) {
         return Ok(gpu.clone());
     }
-    let gpu = Arc::new(Gpu::new()?);
-    *current = Some(gpu.clone());
+    let adapter = adapter(name)?;
+    let description = describe(&adapter.get_info());
+    let known = gpus.values().find(|gpu| gpu.adapter == description);
+    let gpu = match known {
+        Some(gpu) => gpu.clone(),
+        None => Arc::new(Gpu::new(&adapter)?),
+    };
+    gpus.insert(name.to_string(), gpu.clone());
     Ok(gpu)
+}
+
+/// The devices that were made so far.
+pub fn opened() -> Vec<Arc<Gpu>> {
+    lock(&GPUS).values().cloned().collect()
 }
 
 /// A driver may tell of what is experimental and fail with it: then the device does without.
@@ -78,15 +89,7 @@ fn open_device<D, E>(
 }
 
 impl Gpu {
-    pub(super) fn new() -> Result<Self> {
-        let Some(adapter) = ranked_adapters().into_iter().next() else {
-            return Err(Error::Device(match std::env::var("WGPU_ADAPTER_NAME") {
-                Ok(name) => format!(
-                    "no GPU adapter has {name:?} in its name (environment variable WGPU_ADAPTER_NAME)"
-                ),
-                Err(_) => format!("no GPU adapter found; {HOW_TO_INSTALL}"),
-            }));
-        };
+    pub(super) fn new(adapter: &wgpu::Adapter) -> Result<Self> {
         let description = describe(&adapter.get_info());
         let missing = REQUIRED_FEATURES - adapter.features();
         if !missing.is_empty() {
@@ -110,7 +113,7 @@ impl Gpu {
             }))
         };
         let (features, (device, queue)) =
-            open_device(used_features(&adapter), request).map_err(|error| {
+            open_device(used_features(adapter), request).map_err(|error| {
                 Error::Device(format!(
                     "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
                     description.name, description.driver
@@ -401,7 +404,7 @@ mod tests {
 
     #[test]
     fn a_gpu_prefers_ray_queries_and_a_cpu_does_not() {
-        let mut gpu = Gpu::new().unwrap();
+        let mut gpu = Gpu::new(&adapter("").unwrap()).unwrap();
         gpu.is_cpu = false;
         assert_eq!(gpu.prefers_ray_queries(), gpu.has_ray_queries());
         assert_eq!(gpu.compiles("ray_queries"), gpu.has_ray_queries());
@@ -413,7 +416,7 @@ mod tests {
 
     #[test]
     fn a_refusal_in_a_scope_is_no_frame_s() {
-        let gpu = Gpu::new().unwrap();
+        let gpu = Gpu::new(&adapter("").unwrap()).unwrap();
         let refused = gpu.catch_errors(|| {
             Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,

@@ -2,8 +2,8 @@
 //! device together, and one wait serves all of them.
 
 use super::device::Gpu;
-use super::lock::lock;
 use crate::error::{Error, Result};
+use crate::lock::lock;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// Frames that submit together.
@@ -104,12 +104,13 @@ impl Gathering {
 
 #[cfg(test)]
 mod tests {
+    use super::super::adapters::adapter;
     use super::super::recording::{Recording, Source};
     use super::*;
 
     #[test]
     fn frames_wait_for_those_that_stay_and_for_no_other() {
-        let gpu = Arc::new(Gpu::new().unwrap());
+        let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         // How often each submits; the last one leaves without a word.
         let rounds = [3, 1, 3, 0];
         let members = Member::gather(&gpu, rounds.len());
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_failed_submission_is_an_error_to_all() {
-        let gpu = Arc::new(Gpu::new().unwrap());
+        let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         let frames = Recording::together(&gpu, 3, true);
         std::thread::scope(|scope| {
             for (i, mut frame) in frames.into_iter().enumerate() {

@@ -6,7 +6,6 @@ pub mod device;
 pub mod facts;
 mod gathering;
 pub mod kernel;
-pub mod lock;
 pub mod passes;
 pub mod pool;
 pub mod recording;
@@ -17,7 +16,6 @@ mod tables;
 pub mod unsure;
 pub mod view;
 
-pub use adapters::{AdapterDescription, adapters};
-pub use device::{Gpu, gpu};
-pub(crate) use lock::lock;
+pub use adapters::{AdapterDescription, HOW_TO_INSTALL, adapters, has_hardware};
+pub use device::{Gpu, gpu, opened};
 pub use wgpu::Limits;

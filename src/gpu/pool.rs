@@ -1,7 +1,7 @@
 //! Scratch memory that is kept from frame to frame: fresh pages cost more than the work done in them.
 
-use super::lock::lock;
 use crate::error::{Error, Result};
+use crate::lock::lock;
 use std::sync::{Arc, Mutex};
 use wgpu::BufferUsages;
 

@@ -437,6 +437,7 @@ fn new_encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::adapters::adapter;
 
     const COUNT: usize = 16;
 
@@ -457,7 +458,7 @@ mod tests {
 
     #[test]
     fn after_a_failed_submission_the_next_works() {
-        let gpu = Arc::new(Gpu::new().unwrap());
+        let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         let zeros = vec![0; COUNT];
         assert_eq!(clear_and_read(&gpu, false).unwrap(), zeros);
         let refused = clear_and_read(&gpu, true).unwrap_err().to_string();
@@ -470,7 +471,7 @@ mod tests {
 
     #[test]
     fn a_lost_device_is_an_error_in_words() {
-        let gpu = Arc::new(Gpu::new().unwrap());
+        let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         gpu.device.destroy();
         // A driver tells of a loss at once, `destroy` when it is asked.
         let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
@@ -483,7 +484,7 @@ mod tests {
 
     #[test]
     fn cleared_scratch_is_free() {
-        let gpu = Arc::new(Gpu::new().unwrap());
+        let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         clear_and_read(&gpu, false).unwrap();
         assert!(gpu.pool.free_bytes() >= 4 * COUNT as u64);
         gpu.pool.clear();

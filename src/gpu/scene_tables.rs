@@ -3,13 +3,13 @@
 use super::acceleration::AccelerationStructure;
 use super::device::Gpu;
 use super::kernel::Kernel;
-use super::lock::Kept;
 use super::recording::Recording;
 use super::tables::{filled_table, new_table, triangle_items, write_items, write_table};
 use crate::bvh::{BoxSpace, Bvh};
 use crate::edges::Edges;
 use crate::error::Result;
 use crate::light::Light;
+use crate::lock::Kept;
 use crate::rounding::double_single;
 use crate::scene::Scene;
 use crate::sides::sides_for_float32;

@@ -6,6 +6,9 @@
 //! tested against the receivers in the texels that it may touch, in each receiver's own light ray. Where
 //! many receivers share a texel the lists grow long; a warp spreads them evenly.
 //!
+//! The CPU engine turns this round: there the triangles are listed in the cells of the light's grid, and each
+//! receiver is tested against those in its cell. Neither parameter plays a part in that.
+//!
 //! Gregory Johnson, Juhyun Lee, Christopher Burns, William Mark. The irregular Z-buffer: hardware
 //! acceleration for irregular data structures. ACM TOG 24(4), 2005. Timo Aila, Samuli Laine. Alias-free
 //! shadow maps. EGSR 2004. The warps are those of `notw` and `rtw`.
@@ -53,6 +56,8 @@ impl ShadowMethod for Exact {
     const TITLE: &'static str = "Exact (irregular z-buffer)";
     const CITATION: &'static str = "Johnson, G., Lee, J., Burns, C., and Mark, W. 2005. The \
          irregular Z-buffer. ACM Transactions on Graphics 24(4).";
+
+    const ON_CPU: Option<AnswerOnCpu<Self>> = Some(|_, frame| Ok(frame.exact()));
 
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let mut layers = Vec::new();

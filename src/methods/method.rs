@@ -1,8 +1,12 @@
 //! What a method is.
 
 use super::schema::{ParameterGroup, Schema};
+use crate::cpu;
 use crate::error::Result;
 use crate::gpu::view::{Recorded, View};
+
+/// What answers a method on the CPU: 1 lit, 0 in shadow, NaN where nothing is seen, row by row.
+pub type AnswerOnCpu<M> = fn(&M, &mut cpu::Frame) -> Result<Vec<f32>>;
 
 /// A shadow method with its parameters.
 pub trait ShadowMethod: ParameterGroup {
@@ -23,7 +27,10 @@ pub trait ShadowMethod: ParameterGroup {
         Ok(())
     }
 
-    /// Records the method's passes.
+    /// The method's form on the CPU engine, if it has one.
+    const ON_CPU: Option<AnswerOnCpu<Self>> = None;
+
+    /// Records the method's passes on the GPU engine.
     fn record(&self, view: &mut View) -> Result<Recorded>;
 }
 
@@ -33,4 +40,6 @@ pub struct Description {
     pub citation: &'static str,
     /// Name and parameters.
     pub schema: Schema,
+    /// Whether it has a form on the CPU engine.
+    pub is_on_cpu: bool,
 }

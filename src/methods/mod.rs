@@ -29,9 +29,11 @@ mod spot;
 mod uniform;
 mod warps;
 
+use crate::cpu;
 use crate::error::{Error, Result};
 use crate::gpu::view::{Recorded, View};
-use method::{Description, ShadowMethod};
+pub use method::Description;
+use method::ShadowMethod;
 use schema::{ParameterGroup, Parameters, Schema};
 
 macro_rules! methods {
@@ -49,18 +51,23 @@ macro_rules! methods {
                     title: <$type>::TITLE,
                     citation: <$type>::CITATION,
                     schema: <$type>::SCHEMA,
+                    is_on_cpu: <$type>::ON_CPU.is_some(),
                 },)+]
+            }
+
+            /// What is known of the method of that name.
+            pub fn description(name: &str) -> Result<Description> {
+                let known: Vec<_> = Self::list().iter().map(|method| method.schema.name).collect();
+                let found = Self::list().into_iter().find(|method| method.schema.name == name);
+                found.ok_or_else(|| {
+                    let known = known.join(", ");
+                    Error::Value(format!("method must be one of {known}, got '{name}'"))
+                })
             }
 
             /// The parameters of the method of that name.
             pub fn schema(name: &str) -> Result<Schema> {
-                let known = Self::list().into_iter().map(|method| method.schema);
-                let known: Vec<_> = known.collect();
-                known.iter().find(|schema| schema.name == name).copied().ok_or_else(|| {
-                    let known: Vec<_> = known.iter().map(|schema| schema.name).collect();
-                    let known = known.join(", ");
-                    Error::Value(format!("method must be one of {known}, got '{name}'"))
-                })
+                Ok(Self::description(name)?.schema)
             }
 
             /// The method whose schema that is, with values of its parameters.
@@ -78,6 +85,16 @@ macro_rules! methods {
             pub fn record(&self, view: &mut View) -> Result<Recorded> {
                 match self {
                     $(Self::$variant(method) => method.record(view),)+
+                }
+            }
+
+            /// The visibility image by the CPU engine, for a method that has a form there.
+            pub fn answer_on_cpu(&self, frame: &mut cpu::Frame) -> Result<Vec<f32>> {
+                match self {
+                    $(Self::$variant(method) => match <$type>::ON_CPU {
+                        Some(answer) => answer(method, frame),
+                        None => unreachable!("{} is given to the GPU", <$type>::NAME),
+                    },)+
                 }
             }
         }

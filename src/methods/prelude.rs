@@ -1,6 +1,6 @@
 //! What nearly every method names.
 
-pub(crate) use super::method::ShadowMethod;
+pub(crate) use super::method::{AnswerOnCpu, ShadowMethod};
 pub(crate) use super::parameters::{
     FitParameters, MARGIN, MapParameters, SAMPLE_RESOLUTION, SNAP, position_of,
 };

@@ -41,16 +41,21 @@ impl ShadowMethod for RayTraced {
     const CITATION: &'static str =
         "Smits, B. 1998. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2).";
 
+    const ON_CPU: Option<AnswerOnCpu<Self>> = Some(|method, frame| match method.traversal {
+        Traversal::Hardware => Err(no_hardware("the CPU engine has no ray queries")),
+        Traversal::Auto | Traversal::Compute => frame.shadow_rays(),
+    });
+
     fn record(&self, view: &mut View) -> Result<Recorded> {
         let structure = match self.traversal {
             Traversal::Auto => view.preferred_structure(),
             Traversal::Compute => None,
-            Traversal::Hardware => Some(view.acceleration_structure().map_err(|error| match error {
-                Error::Device(reason) => Error::Device(format!(
-                    "traversal='hardware' cannot be: {reason}; take traversal='compute' or 'auto'"
-                )),
-                other => other,
-            })?),
+            Traversal::Hardware => {
+                Some(view.acceleration_structure().map_err(|error| match error {
+                    Error::Device(reason) => no_hardware(&reason),
+                    other => other,
+                })?)
+            }
         };
         let visibility = match structure {
             Some(structure) => view.ray_queries(&structure)?,
@@ -61,4 +66,10 @@ impl ShadowMethod for RayTraced {
             layers: vec![],
         })
     }
+}
+
+fn no_hardware(reason: &str) -> Error {
+    Error::Device(format!(
+        "traversal='hardware' cannot be: {reason}; take traversal='compute' or 'auto'"
+    ))
 }

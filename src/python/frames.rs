@@ -2,7 +2,7 @@
 
 use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
-use super::{adapter_to_python, array, check_process};
+use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
 use crate::fits::layer::Layer;
 use crate::gpu::view::Stats;
@@ -32,21 +32,22 @@ pub struct Rendered {
     adapter: Py<PyDict>,
 }
 
-/// The frames of one method, one for each light.
+/// The frames of one method, a name with parameters, one for each light.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, lights, method, parameters, outputs, *, culling=true))]
+#[pyo3(signature = (scene, camera, lights, method, outputs, *, culling=true, device=None))]
 pub fn render<'py>(
     scene: &PyScene,
     camera: &PyCamera,
     lights: Vec<PyRef<'py, PyLight>>,
-    method: &str,
-    parameters: &Bound<'py, PyDict>,
+    method: (String, Bound<'py, PyDict>),
     outputs: Vec<String>,
     culling: bool,
+    device: Option<&str>,
 ) -> PyResult<Vec<Rendered>> {
-    check_process()?;
+    let (name, parameters) = &method;
     let py = parameters.py();
-    let method = method_from_python(method, parameters)?;
+    let engine = engine_of(py, device, name)?;
+    let method = method_from_python(name, parameters)?;
     let outputs = Outputs::from_names(&outputs, culling)?;
     let (camera, shape) = (&camera.0, camera.shape());
     let lights: Vec<&Light> = lights.iter().map(|light| &light.0).collect();
@@ -55,7 +56,7 @@ pub fn render<'py>(
         py.check_signals()?;
         let frames = py.detach(|| {
             let (scene, cache) = (scene.read(), &scene.cache);
-            render_frames(&scene, cache, camera, group, &method, outputs)
+            render_frames(&engine, &scene, cache, camera, group, &method, outputs)
         })?;
         for frame in frames {
             rendered.push(to_python(py, shape, frame, outputs)?);

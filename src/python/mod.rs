@@ -6,10 +6,11 @@ mod parameters;
 mod world;
 
 use crate::bvh::Everything;
+use crate::cpu;
+use crate::engine::Engine;
 use crate::error::Error;
 use crate::gpu;
-use crate::gpu::passes::LABELS;
-use crate::methods::scene_optimized;
+use crate::methods::{Method, scene_optimized};
 use crate::reference::{self, Reference};
 use numpy::ndarray::{Array, Dimension, StrideShape};
 use numpy::{PyArray, PyReadonlyArray2};
@@ -54,8 +55,10 @@ fn check_process() -> PyResult<()> {
 
 #[pyfunction]
 fn labels() -> Vec<&'static str> {
-    let stages = [scene_optimized::LABEL];
-    LABELS.iter().copied().chain(stages).collect()
+    let mut labels = [gpu::passes::LABELS, cpu::LABELS, &[scene_optimized::LABEL]].concat();
+    labels.sort_unstable();
+    labels.dedup();
+    labels
 }
 
 #[pyfunction]
@@ -104,9 +107,15 @@ fn reference_of_image<'py>(
     check_process()?;
     let reference = py.detach(|| {
         let scene_read = scene.read();
-        let bvh = scene.bvh(&scene_read);
-        reference::reference(&scene_read, &*bvh, &camera.0, &light.0)
-    });
+        let (hierarchy, _) = scene.cache.cpu.hierarchy(&scene_read)?;
+        let (camera, light) = (&camera.0, &light.0);
+        Ok::<_, Error>(reference::reference(
+            &scene_read,
+            &hierarchy.bvh,
+            camera,
+            light,
+        ))
+    })?;
     reference_to_python(py, camera.shape(), reference)
 }
 
@@ -198,21 +207,51 @@ fn adapters(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
         .collect()
 }
 
-#[pyfunction]
-fn device(py: Python) -> PyResult<Bound<PyDict>> {
+/// The engine that carries out a method, of a device's name or of the best there is.
+fn engine_of(py: Python, device: Option<&str>, method: &str) -> PyResult<Engine> {
     check_process()?;
-    let gpu = py.detach(gpu::gpu)?;
-    let result = adapter_to_python(py, &gpu.adapter)?;
-    result.set_item("used_features", gpu.feature_names())?;
-    result.set_item("limits", limits_to_python(py, &gpu.limits)?)?;
+    Ok(py.detach(|| Engine::choose(device, &Method::description(method)?))?)
+}
+
+#[pyfunction]
+#[pyo3(signature = (device, method))]
+fn engine(py: Python, device: Option<&str>, method: &str) -> PyResult<&'static str> {
+    Ok(match engine_of(py, device, method)? {
+        Engine::Cpu => "cpu",
+        Engine::Gpu(_) => "gpu",
+    })
+}
+
+#[pyfunction]
+#[pyo3(signature = (device=None, method="exact"))]
+fn device<'py>(
+    py: Python<'py>,
+    device: Option<&str>,
+    method: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let engine = engine_of(py, device, method)?;
+    let result = adapter_to_python(py, &engine.description())?;
+    match &engine {
+        Engine::Gpu(gpu) => {
+            result.set_item("used_features", gpu.feature_names())?;
+            result.set_item("limits", limits_to_python(py, &gpu.limits)?)?;
+        }
+        Engine::Cpu => {
+            let cpu::Description { lanes, threads, .. } = cpu::description();
+            let methods = Method::list().into_iter().filter(|method| method.is_on_cpu);
+            let methods: Vec<_> = methods.map(|method| method.schema.name).collect();
+            result.set_item("lanes", lanes)?;
+            result.set_item("threads", threads)?;
+            result.set_item("methods", methods)?;
+        }
+    }
     Ok(result)
 }
 
 #[pyfunction]
 fn clear_cache(py: Python) -> PyResult<()> {
     check_process()?;
-    let gpu = py.detach(gpu::gpu)?;
-    gpu.pool.clear();
+    py.detach(|| gpu::opened().iter().for_each(|gpu| gpu.pool.clear()));
     Ok(())
 }
 
@@ -227,6 +266,7 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parameters::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(parameters::check_parameters, module)?)?;
     module.add_function(wrap_pyfunction!(labels, module)?)?;
+    module.add_function(wrap_pyfunction!(engine, module)?)?;
     module.add_class::<frames::Rendered>()?;
     module.add_function(wrap_pyfunction!(frames::render, module)?)?;
     module.add_function(wrap_pyfunction!(surface, module)?)?;

@@ -1,10 +1,8 @@
 //! Scenes, cameras and lights: what is validated once and used for many frames.
 
 use super::{array, check_process};
-use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::gpu;
 use crate::light::Light;
 use crate::render::SceneCache;
 use crate::scene::Scene;
@@ -12,7 +10,7 @@ use glam::{DMat4, DVec2, DVec3};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use std::sync::{Arc, Mutex, RwLock, RwLockReadGuard};
+use std::sync::{RwLock, RwLockReadGuard};
 
 fn rows_of_three<T: numpy::Element + Copy>(
     name: &str,
@@ -40,8 +38,6 @@ fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
 pub struct PyScene {
     scene: RwLock<Scene>,
     pub cache: SceneCache,
-    /// Of the generation that it was built for.
-    bvh: Mutex<Option<(u64, Arc<Bvh>)>>,
 }
 
 impl PyScene {
@@ -49,19 +45,6 @@ impl PyScene {
         self.scene
             .read()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// The reference's search structure, built at first use and after the vertices moved.
-    pub fn bvh(&self, scene: &Scene) -> Arc<Bvh> {
-        let mut cached = gpu::lock(&self.bvh);
-        match cached.as_ref() {
-            Some((generation, bvh)) if *generation == scene.generation() => bvh.clone(),
-            _ => {
-                let bvh = Arc::new(Bvh::new(scene));
-                *cached = Some((scene.generation(), bvh.clone()));
-                bvh
-            }
-        }
     }
 }
 
@@ -91,7 +74,6 @@ impl PyScene {
         Ok(Self {
             scene: RwLock::new(scene),
             cache: SceneCache::default(),
-            bvh: Mutex::new(None),
         })
     }
 

@@ -28,6 +28,7 @@ from lixel import _core
 from lixel.lab import hard_views
 
 REFUSALS = (ValueError, TypeError, lx.DeviceError)
+ON_CPU = lx.info().cpu["methods"]
 """What a wrong input may raise; anything else, and above all a panic, is a fault."""
 
 # --- Values ---
@@ -253,6 +254,8 @@ def arguments(r: random.Random) -> None:
         view.pop()
     if view[:3] == list(VIEW) and function in (lx.importance_map, lx.warp_map):
         return
+    if function is not lx.reference and r.random() < 0.3:
+        function(*view, device=r.choice(["cpu", "no adapter", value(r)]))
     function(*view)
 
 
@@ -324,13 +327,14 @@ def picture(r: random.Random) -> None:
         chosen = type(chosen)(resolution=r.choice([1, 2, 33, 128]))
     if not chosen.takes(li):
         return
-    visibility = lx.render_shadows(s, c, li, chosen)
+    device = r.choice(["cpu", None]) if name in ON_CPU else None
+    visibility = lx.render_shadows(s, c, li, chosen, device=device)
     assert visibility.shape == (height, width)
     assert (np.isnan(visibility) | (visibility == 0.0) | (visibility == 1.0)).all()
     truth = lx.reference(s, c, li)
     found = lx.compare(visibility, truth, other_surfaces="count")
     if name in ("exact", "ray_traced"):
-        assert not found.misclassified_count, f"{found} by {name}, seed {seed}"
+        assert not found.misclassified_count, f"{found} by {name} on {device}, seed {seed}"
     # No map moves a surface.
     assert not found.other_surface.any(), f"surfaces, seed {seed}"
 

@@ -49,6 +49,7 @@ class Case:
     light_name: str = field(compare=False)
     light: Light = field(compare=False)
     method: Method = field(compare=False)
+    device: str | None = field(compare=False)
 
 
 def cases_of(
@@ -58,6 +59,7 @@ def cases_of(
     methods: str | Method | Iterable[str | Method] | None,
     parameters: Mapping[str, Iterable[Any]] | None,
     size: tuple[int, int] | None,
+    device: str | None = None,
 ) -> Iterator[Case]:
     variants = _variants(methods, parameters)
     for name, origin in _named_scenes(scenes).items():
@@ -76,12 +78,13 @@ def cases_of(
             sized = camera if size is None else camera.resized(*size)
             identity = (
                 digest, repr(sized), repr(light), method.name,
-                canonical(method.parameters()), _core.__version__, _build(),
+                canonical(method.parameters()), device, _core.__version__, _build(),
             )  # fmt: skip
             key = hashlib.sha256(repr(identity).encode()).hexdigest()[:24]
             yield Case(
-                key, source, scene.triangle_count, camera_name, sized, light_name, light, method
-            )
+                key, source, scene.triangle_count, camera_name, sized, light_name, light, method,
+                device,
+            )  # fmt: skip
 
 
 def _variants(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,12 +56,11 @@ def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
         "directional": evaluate(scene, camera, light, methods, folder / "directional", 3),
         "point": evaluate(scene, camera, point_light, around, folder / "point", 3),
     }
-    frame = render(scene, camera, light, "exact")
-    frame.save(folder / "shadows.png")
+    render(scene, camera, light, "exact").save(folder / "shadows.png")
     for kind, rows in tables.items():
-        print(f"{kind} light\n\n{table(rows)}\n")
-    adapter = frame.adapter
-    print(f"on {adapter.get('name', '?')}, driver {adapter.get('driver', '?')}")
+        print(f"{kind} light\n")
+        show(rows)
+        print()
     print(f"pictures in {folder}: shadows.png, and one for each row with its misclassified pixels")
     return [{"light": kind, **row} for kind, rows in tables.items() for row in rows]
 
@@ -77,8 +77,8 @@ def evaluate(
 
     The frames of the methods, `repeats` of each, take turns; the one with the median time counts.
     Pictures with misclassified pixels in red go into the folder, named by method and resolution.
-    A row has the method's name and resolution, milliseconds on the GPU in all and per pass, and
-    misclassified pixels.
+    A row has the method's name and resolution, milliseconds in all and per pass, misclassified
+    pixels, and the device.
     """
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -119,6 +119,20 @@ def evaluate(
                 "false lit": found.false_lit_count,
                 "false shadow": found.false_shadow_count,
                 "GPU ms per pass": display.milliseconds(timings),
+                "device": frame.adapter["name"],
+                "driver": frame.adapter["driver"],
             }
         )
     return rows
+
+
+def show(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print rows of `evaluate`, and below them which methods were rendered by which device."""
+    device = ("device", "driver")
+    print(table([{k: v for k, v in row.items() if k not in device} for row in rows]))
+    methods: dict[str, list[str]] = defaultdict(list)
+    for row in rows:
+        methods[f"{row['device']}, driver {row['driver']}"].append(row["method"])
+    for name, of_device in methods.items():
+        which = f"{', '.join(dict.fromkeys(of_device))} " if len(methods) > 1 else ""
+        print(f"{which}on {name}")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import ast
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,9 @@ SCENE_HELP = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENE
 
 DEFAULT_SCENE = "colonnade"
 
+DEVICE_VARIABLE = "LIXEL_DEVICE"
+"""The core reads it where no device is given."""
+
 MORE = "may be given more than once"
 
 
@@ -45,6 +50,39 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
     parser.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
     add_size(parser, "the camera's own, or 1920x1080")
+
+
+def add_device(parser: argparse.ArgumentParser, default: str | None = None) -> None:
+    """`--device`, and what it is where the environment names no device either."""
+    words = default or (
+        "a hardware GPU where there is one, else the CPU engine if it has the method, else a "
+        "software driver"
+    )
+    parser.add_argument(
+        "--device", metavar="NAME",
+        help="cpu: the CPU engine; gpu: the best adapter; or a part of an adapter's name; default: "
+        f"what {DEVICE_VARIABLE} names, or {words}",
+    )  # fmt: skip
+    parser.set_defaults(default_device=default)
+
+
+@contextmanager
+def device_of(options: argparse.Namespace) -> Iterator[None]:
+    """Within it `--device` is the device of all that is rendered, in other processes, too."""
+    before = os.environ.get(DEVICE_VARIABLE)
+    named = getattr(options, "device", None)
+    device = named or before or getattr(options, "default_device", None)
+    if device is None:
+        yield
+        return
+    os.environ[DEVICE_VARIABLE] = device
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[DEVICE_VARIABLE]
+        else:
+            os.environ[DEVICE_VARIABLE] = before
 
 
 def add_size(

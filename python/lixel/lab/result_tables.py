@@ -93,7 +93,8 @@ def write(path: str | Path, command: str, rows: Sequence[Mapping[str, Any]]) -> 
     """Write a whole table: rows, and in the header what made them."""
     # An empty text is no value, in Parquet too.
     table = needs("pandas", "study").DataFrame(rows).replace("", None)
-    table.attrs = provenance(command)
+    # Rows may name their own device.
+    table.attrs = {k: v for k, v in provenance(command).items() if k not in table}
     save(table, path)
 
 

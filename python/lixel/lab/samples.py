@@ -80,13 +80,13 @@ def sample(case: Case, turn: int) -> Record:
         if turn == 0:
             record["comparison"] = _compared(case, loaded.scene)
         elif case.key not in loaded.rendered:
-            frame_parts(loaded.scene, case.camera, case.light, case.method)
+            frame_parts(loaded.scene, case.camera, case.light, case.method, device=case.device)
         loaded.rendered.add(case.key)
         # Elsewhere for each case, too: a camera that was just seen would cost nothing.
         random = np.random.default_rng((turn, int(case.key, 16)))
         camera = moved_by_a_hair(case.camera, loaded.scene, random)
         start = time.perf_counter()
-        parts = frame_parts(loaded.scene, camera, case.light, case.method)
+        parts = frame_parts(loaded.scene, camera, case.light, case.method, device=case.device)
         record["wall_ms"] = 1e3 * (time.perf_counter() - start)
         record["pass_ms"] = parts.timings
         if turn == 0:
@@ -121,7 +121,7 @@ def _truth(source: Source, camera: Camera, light: Light) -> Reference:
 
 
 def _compared(case: Case, scene: Scene) -> Record:
-    frame = render(scene, case.camera, case.light, case.method)
+    frame = render(scene, case.camera, case.light, case.method, device=case.device)
     truth = _truth(case.source, case.camera, case.light)
     aliasing = frame.aliasing_error[truth.facing]
     return {

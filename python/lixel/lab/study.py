@@ -55,6 +55,7 @@ def study(
     methods: str | Method | Iterable[str | Method] | None = None,
     parameters: Mapping[str, Iterable[Any]] | None = None,
     size: tuple[int, int] | None = None,
+    device: str | None = None,
     repeats: int = 5,
     journal: str | Path | None = None,
     executor: concurrent.futures.Executor | None = None,
@@ -82,16 +83,16 @@ def study(
         Every combination of the values is set in each method that has these parameters.
     size : (width, height), optional
         Of the images in pixels; None: the cameras' own.
+    device : str, optional
+        As for `render_shadows`.
     repeats : int
         Timed frames of each case.
     journal : path, optional
-        A file to which every sample is appended as a line of JSON. A study that finds its own
-        samples there resumes.
+        A file of samples, each a line of JSON. A study that finds its own there resumes.
     executor : concurrent.futures.Executor, optional
         Where the cases run, for example a ProcessPoolExecutor with the start method ``"spawn"``, or
         ``dask.distributed.Client(...).get_executor()``; None: here. Workers that share a device
-        disturb each other's times, but not each other's errors. Scenes given as objects travel with
-        each task; files must be there for each worker.
+        disturb each other's times, but not their errors. Files must be there for each worker.
     progress : bool
         Show a bar on stderr.
 
@@ -102,12 +103,11 @@ def study(
 
         - ``scene``, ``camera``, ``light``, ``light_kind``, ``method`` and every parameter;
           ``width``, ``height``, ``triangles``; ``case``, a hash of all that the case depends on.
-        - ``repeats``: timed frames. ``gpu_ms``: median over them of the sum of all passes, with
-          quartiles ``gpu_ms_q1`` and ``gpu_ms_q3``; likewise ``wall_ms``, from the call to the
-          array in memory; ``pass_ms.NAME``: median for each pass.
-        - The numbers of `Comparison.as_dict`: ``misclassified_count``, ``false_lit_count``,
-          ``false_shadow_count``, rates, ``ssim``, ``edge_displacement_mean`` and ``_p95`` in
-          pixels, and others.
+        - ``repeats``: timed frames. ``gpu_ms``: median over them of the sum of all passes, on any
+          device, with quartiles ``gpu_ms_q1`` and ``gpu_ms_q3``; likewise ``wall_ms``, from the
+          call to the array in memory; ``pass_ms.NAME``: median for each pass.
+        - What `Comparison.as_dict` counts: ``misclassified_count``, ``false_lit_count``, ``ssim``,
+          ``edge_displacement_mean`` and ``_p95`` in pixels, and others.
         - ``aliasing_largest``: `Frame.largest_aliasing_error`. Of `Frame.aliasing_error` over the
           pixels that face the light: ``aliasing_median``, ``aliasing_p95``, ``aliasing_above_1``.
         - ``map_bytes``: shadow map (depth and triangle) and warp map. ``stats.NAME``: counters.
@@ -130,7 +130,7 @@ def study(
     [['uniform', 64], ['uniform', 128], ['rtw', 64], ['rtw', 128]]
     """
     pandas = needs("pandas", "study")
-    cases = list(cases_of(scenes, cameras, lights, methods, parameters, size))
+    cases = list(cases_of(scenes, cameras, lights, methods, parameters, size, device))
     log = Journal(None if journal is None else Path(journal), {case.key for case in cases})
     complete = _run(cases, count("repeats", repeats), executor, log, progress)
     rows = [row for case in cases for row in _rows(case, log.of(case.key))]
@@ -387,6 +387,7 @@ def run(options: argparse.Namespace) -> None:
             methods=chosen,
             parameters=parameters,
             size=options.size,
+            device=options.device,
             repeats=options.repeats,
             journal=options.output and options.output.with_name(options.output.name + ".jsonl"),
             executor=executor,

@@ -27,6 +27,7 @@ class Auto(ShadowMethod):
     Costs are predicted by a model of triangles, pixels and texels, which ``lixel lab calibration``
     measures on one device. No clock is read, so that the same call makes the same choice.
     ``frame.stats["auto"]`` says what was chosen and why; ``frame.method`` is the chosen method.
+    On the CPU engine the choice is always `Exact`: nothing is faster there.
 
     Limits: it is one choice for the whole image. The predicted times are those of the calibrated
     device, whichever is used. The bound does not see what both maps miss, such as casters far

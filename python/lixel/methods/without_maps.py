@@ -20,10 +20,11 @@ class RayTraced(ShadowMethod):
 
     .. math:: p + t d, \\quad 0 < t < t_{light}
 
-    Positions are float32, relative to the eye. Edges are widened by what rounding may hide, and a
-    triangle counts only if it is farther from the receiver than rounding can tell. The traversal
-    finds the triangles whose boxes, grown by all roundings, the ray meets; the same test decides
-    about them in either traversal. No pixel is known to differ from `reference` but its ties.
+    On a GPU positions are float32, relative to the eye. Edges are widened by what rounding may
+    hide, and a triangle counts only if it is farther from the receiver than rounding can tell. The
+    traversal finds the triangles whose boxes, grown by all roundings, the ray meets; the same test
+    decides about them in either traversal. The CPU engine computes in float64. No pixel is known to
+    differ from `reference` but its ties.
 
     Limits: the hierarchy is built when the scene is new or its vertices have moved. For
     ``"compute"`` this is done on the CPU, and takes most of that frame; for ``"hardware"`` the
@@ -39,6 +40,7 @@ class RayTraced(ShadowMethod):
         - ``"auto"``: hardware on a GPU that has ray queries, else compute, which is faster on a
           CPU.
 
+        The CPU engine walks the hierarchy itself, unless it is told ``"hardware"``.
         `Frame.stats` and `Frame.timings` say which it was: ``"shadow rays"`` is compute, ``"ray
         queries"`` is hardware.
 
@@ -47,7 +49,8 @@ class RayTraced(ShadowMethod):
     ValueError
         Another word.
     DeviceError
-        From `render`: ``"hardware"`` where the device has no ray queries, or cannot hold the scene.
+        From `render`: ``"hardware"`` where the device has no ray queries, as the CPU engine has
+        none, or cannot hold the scene.
 
     References
     ----------
@@ -79,6 +82,10 @@ class Exact(ShadowMethod):
 
     This test does not depend on the grid, so neither its resolution nor its warp changes a pixel;
     they only distribute the work. No pixel is known to differ from `reference` but its ties.
+
+    The CPU engine lists the triangles in the cells of the light's grid instead, and tests each
+    receiver against those in its cell. `resolution` and `warp` shape the grid of the GPU engine
+    only.
 
     Limits: time grows with the casters near lit receivers, whether they shadow them or not. If
     millions of receivers fall in one tile of texels, more work may be needed than the device can

@@ -135,6 +135,16 @@ pub struct Stats {
     pub measures: Vec<(&'static str, f64)>,
 }
 
+impl Stats {
+    pub fn new(scene: &Scene) -> Self {
+        Self {
+            triangles: scene.triangles().len(),
+            degenerate_triangles: scene.degenerate_count(),
+            ..Self::default()
+        }
+    }
+}
+
 impl<'a> View<'a> {
     pub fn new(
         frame: Recording,
@@ -149,11 +159,7 @@ impl<'a> View<'a> {
             frame,
             seen,
             draws_whole_maps,
-            stats: Stats {
-                triangles: scene.triangles().len(),
-                degenerate_triangles: scene.degenerate_count(),
-                ..Stats::default()
-            },
+            stats: Stats::new(scene),
             begun: None,
             unsure: None,
             leaves_open: false,

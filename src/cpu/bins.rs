@@ -1,0 +1,212 @@
+//! Which triangles may touch which tiles of a view.
+
+use super::lanes::{LANES, Simd, bits, dispatch, greatest, least, level, mask_bits, splat};
+use super::shapes::Corners;
+use super::tiles::{TILE, Tiling, share_jobs};
+use super::view::{Place, Planes, View};
+use crate::scene::Scene;
+use fearless_simd::prelude::*;
+use glam::DVec2;
+use std::ops::Range;
+
+/// Triangles that are sorted in one job.
+const CHUNK: usize = 512;
+
+/// Triangles in the box of so many tiles and more are tested against each.
+const MANY_TILES: usize = 4;
+
+/// Which part of a tile counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cover {
+    /// The middles of pixels.
+    Middles,
+    /// Everything.
+    Whole,
+}
+
+/// Triangles of a tile.
+#[derive(Debug, Default)]
+pub struct Bin {
+    /// Whose corners float32 knows well.
+    pub near: Vec<u32>,
+    /// That pass the origin, reach far beside the view, or are thinner than rounding: set up in float64.
+    pub wide: Vec<u32>,
+}
+
+/// For each thread what it found for each tile.
+pub type Bins = Vec<Vec<Bin>>;
+
+/// Sorts the triangles of a scene.
+pub fn bins(view: &View, tiling: Tiling, scene: &Scene, places: &[Place], cover: Cover) -> Bins {
+    let sorter = Sorter {
+        view,
+        tiling,
+        scene,
+        places,
+        cover,
+    };
+    let of_thread = || (0..tiling.tiles()).map(|_| Bin::default()).collect();
+    let mut bins: Bins = (0..rayon::current_num_threads())
+        .map(|_| of_thread())
+        .collect();
+    let count = scene.triangles().len();
+    share_jobs(&mut bins, count.div_ceil(CHUNK), |bins, job| {
+        let range = job * CHUNK..((job + 1) * CHUNK).min(count);
+        dispatch!(level(), simd => sorter.sort(simd, range, bins));
+    });
+    bins
+}
+
+/// The numbers of a range, eight at a time, and how many there are; the last one stands for those that are missing.
+pub struct Eights(Range<usize>);
+
+#[inline(always)]
+pub fn eights(range: Range<usize>) -> Eights {
+    Eights(range)
+}
+
+impl Iterator for Eights {
+    type Item = ([usize; LANES], usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let Range { start, end } = self.0;
+        if start >= end {
+            return None;
+        }
+        let mut places = [start; LANES];
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = (start + i).min(end - 1);
+        }
+        self.0.start = start + LANES;
+        Some((places, LANES.min(end - start)))
+    }
+}
+
+#[inline(always)]
+pub fn triangles_of(scene: &Scene, ids: [u32; LANES]) -> [[u32; 3]; LANES] {
+    let mut triangles = [[0; 3]; LANES];
+    for (triangle, id) in triangles.iter_mut().zip(ids) {
+        *triangle = scene.triangles()[id as usize];
+    }
+    triangles
+}
+
+/// Those of a list at some places.
+#[inline(always)]
+pub fn ids_at(list: &[u32], places: [usize; LANES]) -> [u32; LANES] {
+    let mut ids = [0; LANES];
+    for (id, place) in ids.iter_mut().zip(places) {
+        *id = list[place];
+    }
+    ids
+}
+
+struct Sorter<'a> {
+    view: &'a View,
+    tiling: Tiling,
+    scene: &'a Scene,
+    places: &'a [Place],
+    cover: Cover,
+}
+
+impl Sorter<'_> {
+    #[inline(always)]
+    fn sort<S: Simd>(&self, simd: S, range: Range<usize>, bins: &mut [Bin]) {
+        let Self { view, tiling, .. } = self;
+        let zero = splat(simd, 0.0);
+        let last_x = splat(simd, tiling.width as f32 - 1.0);
+        let last_y = splat(simd, tiling.height as f32 - 1.0);
+        let rounding = view.rounding();
+        // Of a pixel, from its number to the first and to the last point that counts.
+        let (to_first, to_last) = match self.cover {
+            Cover::Middles => (0.5, 0.5),
+            Cover::Whole => (1.0, 0.0),
+        };
+        let (far, near) = view.seen;
+        let sure_near = splat(simd, (near * 0.999_999) as f32);
+        let sure_far = splat(simd, (far * 1.000_001) as f32);
+        for (places, count) in eights(range) {
+            let mut ids = [0; LANES];
+            for (id, place) in ids.iter_mut().zip(places) {
+                *id = place as u32;
+            }
+            let triangles = triangles_of(self.scene, ids);
+            let corners = Corners::new(simd, self.places, triangles);
+            let Corners {
+                x,
+                y,
+                nearness,
+                side,
+            } = corners;
+            let (low_x, high_x, low_y, high_y) = (least(x), greatest(x), least(y), greatest(y));
+            let (farthest, nearest) = (least(nearness), greatest(nearness));
+            let first_x = (low_x - rounding - to_first).ceil().max(zero);
+            let first_y = (low_y - rounding - to_first).ceil().max(zero);
+            let end_x = (high_x + rounding - to_last).floor().min(last_x);
+            let end_y = (high_y + rounding - to_last).floor().min(last_y);
+            let is_before = zero.simd_lt(greatest(side));
+            let passes_origin = least(side).simd_lt(zero);
+            let leaves_range = sure_near.simd_lt(nearest) | farthest.simd_lt(sure_far);
+            let is_in_view = first_x.simd_le(end_x) & first_y.simd_le(end_y);
+            let seen = mask_bits(is_before & (passes_origin | is_in_view)) & ((1 << count) - 1);
+            if seen == 0 {
+                continue;
+            }
+            let wide = corners.wide(simd, view) | mask_bits(leaves_range);
+            let passes = mask_bits(passes_origin);
+            let tile = 1.0 / TILE as f32;
+            let ranges = [
+                (first_x * tile).floor().to_array(),
+                (end_x * tile).floor().to_array(),
+                (first_y * tile).floor().to_array(),
+                (end_y * tile).floor().to_array(),
+            ];
+            for lane in bits(seen) {
+                let id = ids[lane];
+                if passes >> lane & 1 != 0 && self.view.lies_beside(self.scene, id) {
+                    continue;
+                }
+                let tiles = match passes >> lane & 1 {
+                    0 => {
+                        let [x0, x1, y0, y1] = &ranges;
+                        [
+                            x0[lane] as usize,
+                            x1[lane] as usize,
+                            y0[lane] as usize,
+                            y1[lane] as usize,
+                        ]
+                    }
+                    _ => [0, tiling.columns - 1, 0, tiling.rows - 1],
+                };
+                if wide >> lane & 1 != 0 {
+                    self.touched(id, tiles, |tile| bins[tile].wide.push(id));
+                } else {
+                    self.touched(id, tiles, |tile| bins[tile].near.push(id));
+                }
+            }
+        }
+    }
+
+    /// Gives each tile of a box that a triangle may touch.
+    #[inline(always)]
+    fn touched(&self, id: u32, [x0, x1, y0, y1]: [usize; 4], mut found: impl FnMut(usize)) {
+        let has_many = (x1 - x0 + 1) * (y1 - y0 + 1) >= MANY_TILES;
+        let planes = match has_many {
+            true => match Planes::new(self.view, self.scene, id, DVec2::ZERO) {
+                Some(planes) => Some(planes),
+                // Seen edge-on.
+                None => return,
+            },
+            false => None,
+        };
+        for row in y0..=y1 {
+            for column in x0..=x1 {
+                let corner = DVec2::new((column * TILE) as f64, (row * TILE) as f64);
+                if planes.is_none_or(|planes| planes.may_touch(corner, TILE as f64)) {
+                    found(row * self.tiling.columns + column);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,424 @@
+//! Every receiver against the triangles in its cell of the light's grid.
+//!
+//! Eight receivers of a row are tested at once. Three answers: certainly hit, certainly missed, maybe; a maybe is
+//! decided in float64, in the receiver's own ray. A receiver in shadow leaves its block.
+
+use super::bins::triangles_of;
+use super::lanes::{
+    EPSILON, LANES, Simd, bits, each, f32x8, least, mask_bits, mask32x8, splat, u32x8,
+};
+use super::light_grid::{
+    CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
+};
+use super::rasterize::NONE;
+use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
+use super::shapes::{Corners, Shapes};
+use super::tiles::BLOCK;
+use super::view::View;
+use fearless_simd::prelude::*;
+use glam::DVec2;
+
+/// A grid, and where it sees points from the eye.
+pub type SeenGrid = (LightGrid, ViewFromEye);
+
+/// Which of the receivers of a block each view sees.
+#[inline(always)]
+pub fn masks_of_views<S: Simd>(
+    simd: S,
+    receivers: &Receivers,
+    block: &BlockReceivers<S>,
+    count: usize,
+) -> [[u32; BLOCK]; 6] {
+    let mut masks = [[0; BLOCK]; 6];
+    if count == 1 {
+        masks[0] = block.facing;
+        return masks;
+    }
+    for (i, &facing) in block.facing.iter().enumerate() {
+        if facing != 0 {
+            let faces = receivers.faces(simd, &block.points[i]);
+            for (masks, face) in masks.iter_mut().zip(faces) {
+                masks[i] = face & facing;
+            }
+        }
+    }
+    masks
+}
+
+/// What receivers are tested against.
+pub struct Tests<'a> {
+    pub receivers: &'a Receivers<'a>,
+    pub views: &'a [View],
+    /// Of each view.
+    pub grids: &'a [Vec<SeenGrid>],
+}
+
+/// The receivers of a block, and where a grid sees them.
+#[derive(Clone, Copy)]
+struct InGrid<'a, S: Simd> {
+    grid: &'a LightGrid,
+    block: &'a BlockReceivers<S>,
+    places: &'a BlockPlaces<S>,
+    /// The block's first pixel.
+    pixel: (usize, usize),
+}
+
+/// The receivers of a block that fall in one cell.
+struct InCell<S: Simd> {
+    /// Which of each row are still unanswered.
+    left: [u32; BLOCK],
+    /// Their box, row by row, and the farthest.
+    low_u: [f32; BLOCK],
+    high_u: [f32; BLOCK],
+    low_v: [f32; BLOCK],
+    high_v: [f32; BLOCK],
+    farthest: [f32; BLOCK],
+    /// Of all: the box, and the farthest with what rounding may do to it.
+    sides: [f32; 4],
+    limit: f32,
+    /// Relative to it the shapes are set up.
+    origin: [f32; 2],
+    u: [f32x8<S>; BLOCK],
+    v: [f32x8<S>; BLOCK],
+}
+
+impl Tests<'_> {
+    /// Answers eight rows, and gives the extents of receivers that fall in no grid.
+    #[inline(always)]
+    pub fn answer_rows<S: Simd>(&self, simd: S, y: usize, rows: &mut [f32]) -> [Extent; 6] {
+        let tiling = &self.receivers.image.tiling;
+        let mut known = KnownPlanes::default();
+        let mut block = BlockReceivers::none(simd);
+        let mut places = BlockPlaces::none(simd);
+        let mut beside = [Extent::EMPTY; 6];
+        for x in (0..tiling.width).step_by(BLOCK) {
+            let mut lit = [0; BLOCK];
+            if self
+                .receivers
+                .block(simd, (x, y), 0..BLOCK, &mut known, &mut block)
+            {
+                let masks = masks_of_views(simd, self.receivers, &block, self.views.len());
+                for (face, grids) in self.grids.iter().enumerate() {
+                    let mut left = masks[face];
+                    for (grid, view) in grids {
+                        if left == [0; BLOCK] {
+                            break;
+                        }
+                        view.places(simd, &block, &left, &mut places);
+                        let within = within_grid(simd, &places, &left);
+                        let seen = InGrid {
+                            grid,
+                            block: &block,
+                            places: &places,
+                            pixel: (x, y),
+                        };
+                        let shadowed = self.shadowed(simd, &seen, &within);
+                        for i in 0..BLOCK {
+                            lit[i] |= within[i] & !shadowed[i];
+                            left[i] &= !within[i];
+                        }
+                    }
+                    if left != [0; BLOCK] {
+                        let view = ViewFromEye::new(&self.views[face], self.receivers.eye);
+                        view.places(simd, &block, &left, &mut places);
+                        beside[face].add(simd, &places, &left);
+                    }
+                }
+            }
+            self.write(rows, (x, y), &lit);
+        }
+        beside
+    }
+
+    #[inline(always)]
+    fn write(&self, rows: &mut [f32], (x, y): (usize, usize), lit: &[u32; BLOCK]) {
+        let tiling = &self.receivers.image.tiling;
+        let width = BLOCK.min(tiling.width - x);
+        for (i, lit) in lit.iter().enumerate().take(tiling.height - y) {
+            let place = tiling.index(x, y + i);
+            let ids = &self.receivers.image.triangles[place..place + width];
+            let row = &mut rows[i * tiling.width + x..][..width];
+            for (j, (pixel, &id)) in row.iter_mut().zip(ids).enumerate() {
+                *pixel = if id == NONE {
+                    f32::NAN
+                } else {
+                    (lit >> j & 1) as f32
+                };
+            }
+        }
+    }
+
+    /// Which of the receivers are in shadow.
+    #[inline(always)]
+    fn shadowed<S: Simd>(&self, simd: S, seen: &InGrid<S>, masks: &[u32; BLOCK]) -> [u32; BLOCK] {
+        let InGrid { grid, places, .. } = *seen;
+        let mut unseen = *masks;
+        let mut shadowed = [0; BLOCK];
+        let mut cells = [splat(simd, 0.0); BLOCK];
+        for (i, cells) in cells.iter_mut().enumerate() {
+            *cells = cells_of_places(simd, places.u[i], places.v[i]);
+        }
+        while let Some(row) = (0..BLOCK).find(|&i| unseen[i] != 0) {
+            let lane = unseen[row].trailing_zeros() as usize;
+            let cell = cells[row][lane];
+            let mut within = [0; BLOCK];
+            for i in row..BLOCK {
+                within[i] = unseen[i] & mask_bits(cells[i].simd_eq(splat(simd, cell)));
+                unseen[i] &= !within[i];
+            }
+            let number = cell as usize;
+            let held = grid.cell(number % GRID_CELLS, number / GRID_CELLS);
+            let origin = [places.u[row][lane], places.v[row][lane]];
+            let mut in_cell = InCell::new(simd, places, within, origin);
+            self.test_cell(simd, seen, held, &mut in_cell);
+            for i in row..BLOCK {
+                shadowed[i] |= within[i] & !in_cell.left[i];
+            }
+        }
+        shadowed
+    }
+
+    #[inline(always)]
+    fn test_cell<S: Simd>(&self, simd: S, seen: &InGrid<S>, cell: Cell, in_cell: &mut InCell<S>) {
+        for head in cell.heads {
+            for place in bits(head.meets(simd, in_cell.sides, in_cell.limit)) {
+                let group = &cell.groups[head.ids[place] as usize];
+                let met = group.meets(simd, in_cell.sides, in_cell.limit);
+                if met != 0 {
+                    self.test_group(simd, seen, group, met, in_cell);
+                    if in_cell.limit == f32::INFINITY {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn test_group<S: Simd>(
+        &self,
+        simd: S,
+        seen: &InGrid<S>,
+        group: &Group,
+        met: u32,
+        in_cell: &mut InCell<S>,
+    ) {
+        let view = &seen.grid.view;
+        let mut rows_of = [0; LANES];
+        let mut any = 0;
+        for lane in bits(met) {
+            rows_of[lane] = in_cell.rows(simd, group, lane);
+            any |= rows_of[lane];
+        }
+        if any == 0 {
+            return;
+        }
+        let scene = self.receivers.scene;
+        let triangles = triangles_of(scene, group.ids);
+        let corners = Corners::new(simd, &seen.grid.places, triangles);
+        let wide = corners.wide(simd, view) & met;
+        let corners = corners.relative_to(in_cell.origin);
+        let mut shapes = Shapes::new(simd, &corners, view.rounding(), 2.0 * CELL as f32);
+        let mut met = met;
+        for lane in bits(wide) {
+            let origin = DVec2::new(f64::from(in_cell.origin[0]), f64::from(in_cell.origin[1]));
+            let side = 2.0 * CELL as f64;
+            let id = group.ids[lane];
+            if !shapes.set_wide(lane, (view, scene), id, origin, side, view.rounding()) {
+                met &= !(1 << lane);
+            }
+        }
+        for lane in bits(met) {
+            let id = group.ids[lane];
+            if self.test_triangle(simd, seen, (&shapes, lane), id, rows_of[lane], in_cell) {
+                in_cell.set_limit();
+                if in_cell.limit == f32::INFINITY {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Tests rows of receivers against one triangle; whether some went into shadow.
+    #[inline(always)]
+    fn test_triangle<S: Simd>(
+        &self,
+        simd: S,
+        seen: &InGrid<S>,
+        (shapes, lane): (&Shapes, usize),
+        id: u32,
+        rows: u32,
+        in_cell: &mut InCell<S>,
+    ) -> bool {
+        let mut has_changed = false;
+        for row in bits(rows) {
+            let left = in_cell.left[row];
+            if left == 0 {
+                continue;
+            }
+            let z = seen.places.nearness[row];
+            let (hit, maybe) = shapes.test(simd, lane, in_cell.u[row], in_cell.v[row], z);
+            let ids = &seen.block.ids[row];
+            let others = left & !own_lanes(simd, ids, id);
+            let mut shadowed = hit & others;
+            for i in bits(maybe & others & !hit) {
+                let at = (seen.pixel.0 + i, seen.pixel.1 + row);
+                if self.receivers.ray(at, ids[i]).is_shadowed_by(id) {
+                    shadowed |= 1 << i;
+                }
+            }
+            if shadowed != 0 {
+                in_cell.left[row] = left & !shadowed;
+                in_cell.farthest[row] = farthest(simd, z, in_cell.left[row]);
+                has_changed = true;
+            }
+        }
+        has_changed
+    }
+}
+
+/// The receivers that do not fall beside the grid.
+#[inline(always)]
+fn within_grid<S: Simd>(simd: S, places: &BlockPlaces<S>, masks: &[u32; BLOCK]) -> [u32; BLOCK] {
+    let (low, high) = (splat(simd, 0.0), splat(simd, GRID as f32));
+    let mut within = *masks;
+    for (i, within) in within.iter_mut().enumerate() {
+        let (u, v) = (places.u[i], places.v[i]);
+        *within &= mask_bits(low.simd_le(u.min(v)) & u.max(v).simd_le(high));
+    }
+    within
+}
+
+/// Which of eight pixels show a triangle.
+#[inline(always)]
+fn own_lanes<S: Simd>(simd: S, ids: &[u32; LANES], id: u32) -> u32 {
+    let ids = u32x8::simd_from(simd, *ids);
+    mask_bits(ids.simd_eq(u32x8::simd_from(simd, id)))
+}
+
+#[inline(always)]
+fn farthest<S: Simd>(simd: S, nearness: f32x8<S>, left: u32) -> f32 {
+    let mask = mask32x8::from_bitmask(simd, u64::from(left));
+    mask.select(nearness, splat(simd, f32::INFINITY))
+        .reduce_min()
+}
+
+impl<S: Simd> InCell<S> {
+    #[inline(always)]
+    fn new(simd: S, places: &BlockPlaces<S>, left: [u32; BLOCK], origin: [f32; 2]) -> Self {
+        let mut in_cell = Self {
+            left,
+            low_u: [f32::INFINITY; BLOCK],
+            high_u: [f32::NEG_INFINITY; BLOCK],
+            low_v: [f32::INFINITY; BLOCK],
+            high_v: [f32::NEG_INFINITY; BLOCK],
+            farthest: [f32::INFINITY; BLOCK],
+            sides: [0.0; 4],
+            limit: 0.0,
+            origin,
+            u: places.u,
+            v: places.v,
+        };
+        for (i, &left) in left.iter().enumerate() {
+            if left == 0 {
+                continue;
+            }
+            let mask = mask32x8::from_bitmask(simd, u64::from(left));
+            let u = mask.select(places.u[i], splat(simd, origin[0]));
+            let v = mask.select(places.v[i], splat(simd, origin[1]));
+            (in_cell.low_u[i], in_cell.high_u[i]) = (u.reduce_min(), u.reduce_max());
+            (in_cell.low_v[i], in_cell.high_v[i]) = (v.reduce_min(), v.reduce_max());
+            in_cell.farthest[i] = farthest(simd, places.nearness[i], left);
+            in_cell.u[i] = places.u[i] - origin[0];
+            in_cell.v[i] = places.v[i] - origin[1];
+        }
+        in_cell.set_sides(simd);
+        in_cell.set_limit();
+        in_cell
+    }
+
+    #[inline(always)]
+    fn set_sides(&mut self, simd: S) {
+        self.sides = [
+            f32x8::simd_from(simd, self.low_u).reduce_min(),
+            f32x8::simd_from(simd, self.high_u).reduce_max(),
+            f32x8::simd_from(simd, self.low_v).reduce_min(),
+            f32x8::simd_from(simd, self.high_v).reduce_max(),
+        ];
+    }
+
+    #[inline(always)]
+    fn set_limit(&mut self) {
+        let mut farthest = f32::INFINITY;
+        for of_row in self.farthest {
+            farthest = farthest.min(of_row);
+        }
+        self.limit = farthest - farthest.abs() * (4.0 * EPSILON);
+    }
+
+    /// The rows that a triangle of a group may shadow.
+    #[inline(always)]
+    fn rows(&self, simd: S, group: &Group, lane: usize) -> u32 {
+        let along_u = meets_range(
+            simd,
+            &self.low_u,
+            &self.high_u,
+            group.low_u[lane],
+            group.high_u[lane],
+        );
+        let along_v = meets_range(
+            simd,
+            &self.low_v,
+            &self.high_v,
+            group.low_v[lane],
+            group.high_v[lane],
+        );
+        let farthest = f32x8::simd_from(simd, self.farthest);
+        let is_nearer =
+            (farthest - farthest.abs() * (4.0 * EPSILON)).simd_lt(splat(simd, group.nearest[lane]));
+        mask_bits((along_u & along_v) & is_nearer)
+    }
+}
+
+#[inline(always)]
+fn linear<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>, a: f32, b: f32, c: f32) -> f32x8<S> {
+    u.mul_add(splat(simd, a), v.mul_add(splat(simd, b), splat(simd, c)))
+}
+
+impl Shapes {
+    /// Which of eight receivers are certainly behind a triangle, and which may be.
+    #[inline(always)]
+    fn test<S: Simd>(
+        &self,
+        simd: S,
+        lane: usize,
+        u: f32x8<S>,
+        v: f32x8<S>,
+        nearness: f32x8<S>,
+    ) -> (u32, u32) {
+        let e = least(each([0, 1, 2], |i| {
+            linear(
+                simd,
+                u,
+                v,
+                self.a[i][lane],
+                self.b[i][lane],
+                self.c[i][lane],
+            )
+        }));
+        let plane = linear(
+            simd,
+            u,
+            v,
+            self.step_x[lane],
+            self.step_y[lane],
+            self.first[lane],
+        );
+        let (low, high) = (splat(simd, self.low[lane]), splat(simd, self.high[lane]));
+        let before = plane.max(low).min(high) - nearness;
+        let rounding = nearness.abs() * (2.0 * EPSILON) + self.rounding[lane];
+        let hit = splat(simd, 1.0).simd_lt(e) & rounding.simd_lt(before);
+        let maybe = splat(simd, -1.0).simd_le(e) & (-rounding).simd_le(before);
+        (mask_bits(hit), mask_bits(maybe))
+    }
+}

@@ -1,0 +1,165 @@
+//! Exact shadows: a grid of triangles over the receivers, as the light sees them, and every receiver against those in
+//! its cell.
+
+use super::caster_tests::{SeenGrid, Tests, masks_of_views};
+use super::lanes::{Simd, dispatch, level};
+use super::light_grid::{GRID, LightGrid};
+use super::rasterize::Image;
+use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
+use super::tiles::BLOCK;
+use super::view::{Nearness, View};
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::scene::Scene;
+use crate::sides::Source;
+use glam::{DVec3, DVec4};
+use rayon::prelude::*;
+
+/// The row of each block whose receivers the grid is fitted to.
+const SAMPLED_ROW: usize = 3;
+
+/// How far from the border of the grid the samples lie, in units.
+const ROOM: f64 = 64.0;
+
+/// 1 lit, 0 in shadow, NaN where nothing is seen, row by row.
+pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Vec<f32> {
+    let receivers = Receivers::new(scene, image, camera, light);
+    let views = views(light, scene);
+    let width = image.tiling.width;
+    // Zeros, which the threads that fill them in come upon first: the system hands them out as they are touched.
+    let mut visibility = vec![0.0; width * image.tiling.height];
+    let mut grids: Vec<Vec<SeenGrid>> = views.iter().map(|_| Vec::new()).collect();
+    let mut extents = sampled_extents(&receivers, &views);
+    let mut open: Vec<_> = visibility.chunks_mut(width * BLOCK).enumerate().collect();
+    // Again with more grids where some receivers are beside what the samples showed.
+    while !open.is_empty() {
+        for (grids, (view, extent)) in grids.iter_mut().zip(views.iter().zip(&extents)) {
+            if !extent.is_empty() {
+                let view = fitted(view, extent);
+                let seen = ViewFromEye::new(&view, receivers.eye);
+                grids.push((LightGrid::new(view, scene), seen));
+            }
+        }
+        let tests = Tests {
+            receivers: &receivers,
+            views: &views,
+            grids: &grids,
+        };
+        let beside: Vec<_> = open
+            .into_par_iter()
+            .filter_map(|(i, rows)| {
+                let beside = dispatch!(level(), simd => tests.answer_rows(simd, i * BLOCK, rows));
+                beside
+                    .iter()
+                    .any(|extent| !extent.is_empty())
+                    .then_some((i, rows, beside))
+            })
+            .collect();
+        extents = vec![Extent::EMPTY; views.len()];
+        for (_, _, beside) in &beside {
+            for (extent, beside) in extents.iter_mut().zip(beside) {
+                *extent = extent.and(*beside);
+            }
+        }
+        open = beside.into_iter().map(|(i, rows, _)| (i, rows)).collect();
+    }
+    visibility
+}
+
+/// What the light sees: all of it for parallel rays, the faces of a cube around a position.
+fn views(light: &Light, scene: &Scene) -> Vec<View> {
+    let view = |origin: DVec3, rows: [DVec4; 3], nearness: Nearness| View {
+        origin,
+        rows,
+        nearness,
+        width: GRID,
+        height: GRID,
+        seen: match nearness {
+            Nearness::Inverse => (0.0, f64::INFINITY),
+            Nearness::Linear(_) => (f64::NEG_INFINITY, f64::INFINITY),
+        },
+        light: Some(Source::of(light)),
+    };
+    match light.position() {
+        None => {
+            let (low, high) = scene.bounds();
+            let to_light = light.vector_from_point(DVec3::ZERO);
+            let (x, y) = to_light.any_orthonormal_pair();
+            let [x, y, z] = [x, y, to_light].map(|axis| axis.extend(0.0));
+            vec![view(
+                0.5 * (low + high),
+                [x, y, DVec4::W],
+                Nearness::Linear(z),
+            )]
+        }
+        Some(position) => (0..6)
+            .map(|face| {
+                let axis = |k: usize| DVec3::AXES[(face / 2 + k) % 3];
+                let ahead = if face % 2 == 1 { -axis(0) } else { axis(0) };
+                let rows = [axis(1), axis(2), ahead].map(|axis| axis.extend(0.0));
+                view(position, rows, Nearness::Inverse)
+            })
+            .collect(),
+    }
+}
+
+/// Moves and scales a view, so that an extent fills it but for some room on each side.
+fn fitted(view: &View, extent: &Extent) -> View {
+    let [x, y, w] = view.rows;
+    let fit = |row: DVec4, k: usize| {
+        let (low, high) = (f64::from(extent.low[k]), f64::from(extent.high[k]));
+        // No narrower than float32 can tell from its place.
+        let size = (high - low)
+            .max(1e-5 * low.abs().max(high.abs()))
+            .max(f64::MIN_POSITIVE);
+        (row - w * low) * ((GRID as f64 - 2.0 * ROOM) / size) + w * ROOM
+    };
+    View {
+        rows: [fit(x, 0), fit(y, 1), w],
+        ..view.clone()
+    }
+}
+
+/// The extents of some receivers in each view.
+fn sampled_extents(receivers: &Receivers, views: &[View]) -> Vec<Extent> {
+    let seen: Vec<_> = views
+        .iter()
+        .map(|view| ViewFromEye::new(view, receivers.eye))
+        .collect();
+    let of_rows = |i: usize| {
+        let mut extents = vec![Extent::EMPTY; seen.len()];
+        dispatch!(level(), simd => extents_of_rows(simd, receivers, &seen, i * BLOCK, &mut extents));
+        extents
+    };
+    let empty = || vec![Extent::EMPTY; seen.len()];
+    let both =
+        |a: Vec<Extent>, b: Vec<Extent>| a.into_iter().zip(b).map(|(a, b)| a.and(b)).collect();
+    let rows = (0..receivers.image.tiling.height.div_ceil(BLOCK)).into_par_iter();
+    rows.map(of_rows).reduce(empty, both)
+}
+
+#[inline(always)]
+fn extents_of_rows<S: Simd>(
+    simd: S,
+    receivers: &Receivers,
+    seen: &[ViewFromEye],
+    y: usize,
+    extents: &mut [Extent],
+) {
+    let mut known = KnownPlanes::default();
+    let mut block = BlockReceivers::none(simd);
+    let mut places = BlockPlaces::none(simd);
+    let row = SAMPLED_ROW.min(receivers.image.tiling.height - y - 1);
+    for x in (0..receivers.image.tiling.width).step_by(BLOCK) {
+        if !receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
+            continue;
+        }
+        let masks = masks_of_views(simd, receivers, &block, seen.len());
+        for (face, view) in seen.iter().enumerate() {
+            if masks[face][row] != 0 {
+                view.places(simd, &block, &masks[face], &mut places);
+                extents[face].add(simd, &places, &masks[face]);
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Eight float32 numbers at once.
+//!
+//! Which instructions there are is found when the program runs; `LIXEL_LANES=baseline` takes only those that every
+//! processor of the kind has.
+
+use fearless_simd::{Level, prelude::*};
+use std::sync::OnceLock;
+
+pub use fearless_simd::{Simd, dispatch, f32x4, f32x8, f64x8, mask32x8, u32x8};
+
+/// Numbers in a vector.
+pub const LANES: usize = 8;
+
+/// What each float32 operation rounds, as a share of its result.
+pub const EPSILON: f32 = 0.5 * f32::EPSILON;
+
+pub fn level() -> Level {
+    static LEVEL: OnceLock<Level> = OnceLock::new();
+    *LEVEL.get_or_init(|| match std::env::var("LIXEL_LANES").as_deref() {
+        Ok("baseline") => Level::baseline(),
+        _ => Level::new(),
+    })
+}
+
+/// What the instructions are called.
+pub fn level_name() -> &'static str {
+    let level = format!("{:?}", level());
+    let names = [
+        ("Avx512", "AVX-512"),
+        ("Avx2", "AVX2"),
+        ("Sse4_2", "SSE4.2"),
+        ("Sse2", "SSE2"),
+        ("Neon", "NEON"),
+    ];
+    let known = names.iter().find(|(token, _)| level.contains(token));
+    known.map_or("scalar", |(_, name)| name)
+}
+
+/// Eight rows of four numbers as four columns of eight.
+#[inline(always)]
+pub fn columns<S: Simd>(simd: S, rows: [&[f32; 4]; LANES]) -> [f32x8<S>; 4] {
+    let low = transposed(simd, [rows[0], rows[1], rows[2], rows[3]]);
+    let high = transposed(simd, [rows[4], rows[5], rows[6], rows[7]]);
+    [
+        low[0].combine(high[0]),
+        low[1].combine(high[1]),
+        low[2].combine(high[2]),
+        low[3].combine(high[3]),
+    ]
+}
+
+#[inline(always)]
+fn transposed<S: Simd>(simd: S, [a, b, c, d]: [&[f32; 4]; 4]) -> [f32x4<S>; 4] {
+    let (a, b) = (f32x4::simd_from(simd, *a), f32x4::simd_from(simd, *b));
+    let (c, d) = (f32x4::simd_from(simd, *c), f32x4::simd_from(simd, *d));
+    let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
+    let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
+    [
+        ac_low.zip_low(bd_low),
+        ac_low.zip_high(bd_low),
+        ac_high.zip_low(bd_high),
+        ac_high.zip_high(bd_high),
+    ]
+}
+
+/// What a function makes of three things. Unlike an array's own `map` it is inlined, which code for lanes needs.
+#[inline(always)]
+pub fn each<T, R>([a, b, c]: [T; 3], f: impl Fn(T) -> R) -> [R; 3] {
+    [f(a), f(b), f(c)]
+}
+
+/// The numbers of the bits that are set.
+#[derive(Debug, Clone, Copy)]
+pub struct Bits(u32);
+
+#[inline(always)]
+pub fn bits(mask: u32) -> Bits {
+    Bits(mask)
+}
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let bit = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(bit)
+    }
+}
+
+#[inline(always)]
+pub fn mask_bits<S: Simd>(mask: mask32x8<S>) -> u32 {
+    mask.to_bitmask() as u32
+}
+
+#[inline(always)]
+pub fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
+    f32x8::simd_from(simd, value)
+}
+
+#[inline(always)]
+pub fn least<S: Simd>([a, b, c]: [f32x8<S>; 3]) -> f32x8<S> {
+    a.min(b).min(c)
+}
+
+#[inline(always)]
+pub fn greatest<S: Simd>([a, b, c]: [f32x8<S>; 3]) -> f32x8<S> {
+    a.max(b).max(c)
+}

@@ -1,0 +1,420 @@
+//! A grid over what the light sees: for each cell the triangles that may touch it.
+//!
+//! The dual of an irregular z-buffer (Johnson et al., "The irregular Z-buffer", ACM TOG 24(4), 2005): there
+//! receivers are listed in the light's texels, here triangles are, and receivers stay in the image's order.
+
+use super::bins::{Bin, Cover, bins, eights, ids_at, triangles_of};
+use super::lanes::{
+    LANES, Simd, bits, dispatch, f32x8, greatest, least, level, mask_bits, mask32x8, splat,
+};
+use super::shapes::{Corners, Shapes};
+use super::tiles::{TILE, Tiling};
+use super::view::{Place, View};
+use crate::scene::Scene;
+use fearless_simd::prelude::*;
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Units along each side of the grid, and of a cell.
+pub const GRID: usize = 1024;
+pub const CELL: usize = 8;
+
+/// Cells along each side of the grid, and of a tile.
+pub const GRID_CELLS: usize = GRID / CELL;
+const TILE_CELLS: usize = TILE / CELL;
+
+/// Entries of a tile, and entries for each of its triangles, from which on the tile is one cell: large triangles over
+/// each other would fill the memory.
+const MANY_ENTRIES: usize = 1 << 15;
+const MANY_OF_TRIANGLE: usize = 4;
+
+/// The boxes of eight triangles, or of what eight groups hold.
+#[derive(Debug, Clone, Copy)]
+pub struct Group {
+    pub low_u: [f32; LANES],
+    pub high_u: [f32; LANES],
+    pub low_v: [f32; LANES],
+    pub high_v: [f32; LANES],
+    pub nearest: [f32; LANES],
+    /// Triangles, or numbers of groups.
+    pub ids: [u32; LANES],
+}
+
+impl Group {
+    const EMPTY: Self = Self {
+        low_u: [f32::INFINITY; LANES],
+        high_u: [f32::NEG_INFINITY; LANES],
+        low_v: [f32::INFINITY; LANES],
+        high_v: [f32::NEG_INFINITY; LANES],
+        nearest: [f32::NEG_INFINITY; LANES],
+        ids: [0; LANES],
+    };
+
+    fn set(&mut self, lane: usize, bounds: &Bounds, id: u32) {
+        [
+            self.low_u[lane],
+            self.high_u[lane],
+            self.low_v[lane],
+            self.high_v[lane],
+        ] = bounds.sides;
+        self.nearest[lane] = bounds.nearest;
+        self.ids[lane] = id;
+    }
+
+    /// Around all eight.
+    fn bounds(&self) -> Bounds {
+        let least = |v: &[f32; LANES]| v.iter().copied().fold(f32::INFINITY, f32::min);
+        let greatest = |v: &[f32; LANES]| v.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        Bounds {
+            sides: [
+                least(&self.low_u),
+                greatest(&self.high_u),
+                least(&self.low_v),
+                greatest(&self.high_v),
+            ],
+            nearest: greatest(&self.nearest),
+        }
+    }
+
+    /// Which of the boxes meet a box and have something nearer than `farthest`.
+    #[inline(always)]
+    pub fn meets<S: Simd>(
+        &self,
+        simd: S,
+        [low_u, high_u, low_v, high_v]: [f32; 4],
+        farthest: f32,
+    ) -> u32 {
+        let along_u = meets_range(simd, &self.low_u, &self.high_u, low_u, high_u);
+        let along_v = meets_range(simd, &self.low_v, &self.high_v, low_v, high_v);
+        let is_nearer = splat(simd, farthest).simd_lt(f32x8::simd_from(simd, self.nearest));
+        mask_bits((along_u & along_v) & is_nearer)
+    }
+}
+
+/// Which of eight ranges meet a range.
+#[inline(always)]
+pub fn meets_range<S: Simd>(
+    simd: S,
+    lows: &[f32; LANES],
+    highs: &[f32; LANES],
+    low: f32,
+    high: f32,
+) -> mask32x8<S> {
+    let (lows, highs) = (
+        f32x8::simd_from(simd, *lows),
+        f32x8::simd_from(simd, *highs),
+    );
+    lows.simd_le(splat(simd, high)) & splat(simd, low).simd_le(highs)
+}
+
+/// The box of a triangle, and how near it comes.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    /// Least and greatest column, least and greatest row.
+    sides: [f32; 4],
+    nearest: f32,
+}
+
+/// The cells of a tile.
+struct TileCells {
+    /// Whether the first cell stands for all.
+    is_one: bool,
+    /// Where the groups of each cell begin, and where their heads do.
+    groups_of: [u32; TILE_CELLS * TILE_CELLS + 1],
+    heads_of: [u32; TILE_CELLS * TILE_CELLS + 1],
+    groups: Vec<Group>,
+    heads: Vec<Group>,
+}
+
+/// What is in a cell: groups of triangles, and heads over eight groups each, which number the groups from the
+/// cell's first one.
+#[derive(Clone, Copy)]
+pub struct Cell<'a> {
+    pub heads: &'a [Group],
+    pub groups: &'a [Group],
+}
+
+pub struct LightGrid {
+    pub view: View,
+    pub places: Vec<Place>,
+    tiling: Tiling,
+    tiles: Vec<TileCells>,
+}
+
+impl LightGrid {
+    /// Of a view of `GRID` x `GRID` units.
+    pub fn new(view: View, scene: &Scene) -> Self {
+        let tiling = Tiling::new(view.width, view.height);
+        let places = view.places(scene);
+        let bins = bins(&view, tiling, scene, &places, Cover::Whole);
+        let listing = Listing {
+            view: &view,
+            scene,
+            places: &places,
+        };
+        let tiles = (0..tiling.tiles()).into_par_iter().map(|tile| {
+            let corner = tiling.corner(tile);
+            let bins = bins.iter().map(|of_thread| &of_thread[tile]);
+            dispatch!(level(), simd => listing.cells(simd, bins, corner))
+        });
+        let tiles = tiles.collect();
+        Self {
+            view,
+            places,
+            tiling,
+            tiles,
+        }
+    }
+
+    /// The cell in that column and row.
+    pub fn cell(&self, column: usize, row: usize) -> Cell<'_> {
+        let tile = row / TILE_CELLS * self.tiling.columns + column / TILE_CELLS;
+        let cell = row % TILE_CELLS * TILE_CELLS + column % TILE_CELLS;
+        let tile = &self.tiles[tile];
+        let cell = if tile.is_one { 0 } else { cell };
+        let range = |of: &[u32], i: usize| of[i] as usize..of[i + 1] as usize;
+        Cell {
+            heads: &tile.heads[range(&tile.heads_of, cell)],
+            groups: &tile.groups[range(&tile.groups_of, cell)],
+        }
+    }
+}
+
+struct Listing<'a> {
+    view: &'a View,
+    scene: &'a Scene,
+    places: &'a [Place],
+}
+
+/// Triangles and their bounds, and which cells each is in.
+#[derive(Default)]
+struct Listed {
+    triangles: Vec<(u32, Bounds)>,
+    is_one: bool,
+    /// Cell, and place among the triangles.
+    entries: Vec<(u8, u32)>,
+}
+
+impl Listed {
+    fn has_too_many(&self) -> bool {
+        let entries = self.entries.len();
+        entries > MANY_ENTRIES && entries > MANY_OF_TRIANGLE * self.triangles.len()
+    }
+
+    /// Every triangle in the first cell.
+    fn unite(&mut self) {
+        self.is_one = true;
+        self.entries.clear();
+        self.entries
+            .extend((0..self.triangles.len() as u32).map(|place| (0, place)));
+    }
+}
+
+impl Listing<'_> {
+    #[inline(always)]
+    fn cells<'a, S: Simd>(
+        &self,
+        simd: S,
+        bins: impl Iterator<Item = &'a Bin>,
+        corner: (usize, usize),
+    ) -> TileCells {
+        let mut listed = Listed::default();
+        for bin in bins {
+            for (places, count) in eights(0..bin.near.len()) {
+                self.list_near(simd, ids_at(&bin.near, places), count, corner, &mut listed);
+            }
+            for &id in &bin.wide {
+                self.list_wide(simd, id, corner, &mut listed);
+            }
+        }
+        TileCells::new(&listed)
+    }
+
+    #[inline(always)]
+    fn list_near<S: Simd>(
+        &self,
+        simd: S,
+        ids: [u32; LANES],
+        count: usize,
+        corner: (usize, usize),
+        listed: &mut Listed,
+    ) {
+        let triangles = triangles_of(self.scene, ids);
+        let corners = Corners::new(simd, self.places, triangles);
+        let Corners { x, y, nearness, .. } = corners;
+        let rounding = self.view.rounding() * 2.0;
+        let (low_u, high_u) = (least(x) - rounding, greatest(x) + rounding);
+        let (low_v, high_v) = (least(y) - rounding, greatest(y) + rounding);
+        let (u0, u1) = (
+            cell_of(simd, low_u, corner.0),
+            cell_of(simd, high_u, corner.0),
+        );
+        let (v0, v1) = (
+            cell_of(simd, low_v, corner.1),
+            cell_of(simd, high_v, corner.1),
+        );
+        let sides = [
+            low_u.to_array(),
+            high_u.to_array(),
+            low_v.to_array(),
+            high_v.to_array(),
+        ];
+        let nearest = greatest(nearness);
+        let nearest = (nearest + nearest.abs() * 1e-6).to_array();
+        let origin = [corner.0 as f32, corner.1 as f32];
+        let shapes = Shapes::new(
+            simd,
+            &corners.relative_to(origin),
+            self.view.rounding(),
+            TILE as f32,
+        );
+        for lane in 0..count {
+            let bounds = Bounds {
+                sides: [
+                    sides[0][lane],
+                    sides[1][lane],
+                    sides[2][lane],
+                    sides[3][lane],
+                ],
+                nearest: nearest[lane],
+            };
+            let cells = [
+                u0[lane] as usize,
+                u1[lane] as usize,
+                v0[lane] as usize,
+                v1[lane] as usize,
+            ];
+            self.list(simd, ids[lane], bounds, cells, (&shapes, lane), listed);
+        }
+    }
+
+    /// One that is set up in float64.
+    #[inline(always)]
+    fn list_wide<S: Simd>(&self, simd: S, id: u32, corner: (usize, usize), listed: &mut Listed) {
+        let triangles = [self.scene.triangles()[id as usize]; LANES];
+        let corners = Corners::new(simd, self.places, triangles);
+        let mut shapes = Shapes::new(simd, &corners, self.view.rounding(), TILE as f32);
+        let origin = DVec2::new(corner.0 as f64, corner.1 as f64);
+        if shapes.set_wide(
+            0,
+            (self.view, self.scene),
+            id,
+            origin,
+            TILE as f64,
+            self.view.rounding(),
+        ) {
+            let bounds = Bounds {
+                sides: [
+                    f32::NEG_INFINITY,
+                    f32::INFINITY,
+                    f32::NEG_INFINITY,
+                    f32::INFINITY,
+                ],
+                nearest: shapes.high[0] + shapes.rounding[0],
+            };
+            let last = TILE_CELLS - 1;
+            self.list(simd, id, bounds, [0, last, 0, last], (&shapes, 0), listed);
+        }
+    }
+
+    /// Adds a triangle to the cells of a box that it may touch.
+    #[inline(always)]
+    fn list<S: Simd>(
+        &self,
+        simd: S,
+        id: u32,
+        bounds: Bounds,
+        [u0, u1, v0, v1]: [usize; 4],
+        (shapes, lane): (&Shapes, usize),
+        listed: &mut Listed,
+    ) {
+        let is_small = u1 - u0 + v1 - v0 <= 1;
+        let columns = (0xff << u0) & (0xff >> (TILE_CELLS - 1 - u1));
+        let place = listed.triangles.len() as u32;
+        listed.triangles.push((id, bounds));
+        if listed.is_one {
+            listed.entries.push((0, place));
+            return;
+        }
+        for row in v0..=v1 {
+            let mut cells = columns;
+            if !is_small {
+                cells &= shapes
+                    .blocks(simd, lane, (row * CELL) as f32, CELL as f32)
+                    .touched;
+            }
+            for column in bits(cells) {
+                listed
+                    .entries
+                    .push(((row * TILE_CELLS + column) as u8, place));
+            }
+        }
+        if listed.has_too_many() {
+            listed.unite();
+        }
+    }
+}
+
+impl TileCells {
+    fn new(listed: &Listed) -> Self {
+        const CELLS: usize = TILE_CELLS * TILE_CELLS;
+        let mut counts = [0u32; CELLS];
+        for &(cell, _) in &listed.entries {
+            counts[cell as usize] += 1;
+        }
+        let starts = |per: u32| {
+            let mut starts = [0; CELLS + 1];
+            for cell in 0..CELLS {
+                starts[cell + 1] = starts[cell] + counts[cell].div_ceil(per);
+            }
+            starts
+        };
+        let (groups_of, heads_of) = (starts(LANES as u32), starts((LANES * LANES) as u32));
+        let mut groups = vec![Group::EMPTY; groups_of[CELLS] as usize];
+        let mut next: [u32; CELLS] = std::array::from_fn(|cell| groups_of[cell] * LANES as u32);
+        for &(cell, place) in &listed.entries {
+            let at = &mut next[cell as usize];
+            let (id, bounds) = &listed.triangles[place as usize];
+            groups[*at as usize / LANES].set(*at as usize % LANES, bounds, *id);
+            *at += 1;
+        }
+        let mut heads = vec![Group::EMPTY; heads_of[CELLS] as usize];
+        for cell in 0..CELLS {
+            let first = groups_of[cell];
+            for group in first..groups_of[cell + 1] {
+                let place = (group - first) as usize;
+                let head = &mut heads[heads_of[cell] as usize + place / LANES];
+                head.set(
+                    place % LANES,
+                    &groups[group as usize].bounds(),
+                    place as u32,
+                );
+            }
+        }
+        Self {
+            is_one: listed.is_one,
+            groups_of,
+            heads_of,
+            groups,
+            heads,
+        }
+    }
+}
+
+/// The cell of a tile, along one axis, that is nearest to eight places.
+#[inline(always)]
+fn cell_of<S: Simd>(simd: S, place: f32x8<S>, from: usize) -> [f32; LANES] {
+    let cell = ((place - from as f32) * (1.0 / CELL as f32)).floor();
+    cell.max(splat(simd, 0.0))
+        .min(splat(simd, TILE_CELLS as f32 - 1.0))
+        .to_array()
+}
+
+/// The numbers of the cells that places fall in.
+#[inline(always)]
+pub fn cells_of_places<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>) -> f32x8<S> {
+    let (zero, last) = (splat(simd, 0.0), splat(simd, GRID_CELLS as f32 - 1.0));
+    let column = (u * (1.0 / CELL as f32)).floor().max(zero).min(last);
+    let row = (v * (1.0 / CELL as f32)).floor().max(zero).min(last);
+    row * GRID_CELLS as f32 + column
+}

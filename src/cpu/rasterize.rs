@@ -1,0 +1,314 @@
+//! Draws triangles into an image, tile by tile: which one is the nearest at the middle of each pixel.
+//!
+//! Corners go to the image in float64 and are rounded once; eight triangles are set up at once; a tile's pixels are
+//! tested eight at once. Of an edge or a depth that float32 cannot tell, float64 decides at that pixel, so that the
+//! image does not depend on the order of the triangles.
+
+use super::bins::{Bin, Cover, bins, eights, ids_at, triangles_of};
+use super::lanes::{
+    EPSILON, LANES, Simd, bits, dispatch, f32x8, greatest, least, level, mask_bits, splat, u32x8,
+};
+use super::shapes::{Corners, Shapes};
+use super::tiles::{BLOCK, TILE, TILE_PIXELS, Tiling};
+use super::view::{Place, View};
+use crate::scene::Scene;
+use fearless_simd::prelude::*;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// No triangle.
+pub const NONE: u32 = u32::MAX;
+
+/// Of how near a triangle is: what rounding may do to it, as a share, where it is set up in float32.
+const MAX_ROUNDING: f32 = 1.0 / 8192.0;
+
+const BLOCKS: usize = TILE / BLOCK;
+
+/// Columns and rows of a tile, as far as the middles of pixels go.
+const SIDE: f32 = TILE as f32;
+
+/// The nearest triangle of each pixel, in tiles.
+#[derive(Debug, Clone)]
+pub struct Image {
+    pub tiling: Tiling,
+    pub triangles: Vec<u32>,
+}
+
+pub fn rasterize(view: &View, scene: &Scene) -> Image {
+    let tiling = Tiling::new(view.width, view.height);
+    let places = view.places(scene);
+    let bins = bins(view, tiling, scene, &places, Cover::Middles);
+    let painter = Painter {
+        view,
+        tiling,
+        scene,
+        places: &places,
+    };
+    let mut triangles = vec![0; tiling.tiles() * TILE_PIXELS];
+    triangles
+        .par_chunks_mut(TILE_PIXELS)
+        .enumerate()
+        .for_each(|(tile, ids)| {
+            let bins = bins.iter().map(|of_thread| &of_thread[tile]);
+            dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, ids));
+        });
+    Image { tiling, triangles }
+}
+
+struct Painter<'a> {
+    view: &'a View,
+    tiling: Tiling,
+    scene: &'a Scene,
+    places: &'a [Place],
+}
+
+/// A tile that is being drawn.
+struct Tile<'a> {
+    view: &'a View,
+    scene: &'a Scene,
+    /// Its first pixel.
+    corner: (usize, usize),
+    /// How near what is seen is, and which triangle it is.
+    nearness: &'a mut [f32; TILE_PIXELS],
+    ids: &'a mut [u32],
+    /// No nearer than anything in each block.
+    farthest: [f32; BLOCKS * BLOCKS],
+    /// What rounding may have done to the nearness.
+    room: f32,
+}
+
+impl Painter<'_> {
+    #[inline(always)]
+    fn draw_tile<'a, S: Simd>(
+        &self,
+        simd: S,
+        bins: impl Iterator<Item = &'a Bin>,
+        index: usize,
+        ids: &mut [u32],
+    ) {
+        let corner = self.tiling.corner(index);
+        ids.fill(NONE);
+        let mut nearness = [f32::NEG_INFINITY; TILE_PIXELS];
+        // What lies beside the image is never seen.
+        for (place, nearness) in nearness.iter_mut().enumerate() {
+            if corner.0 + place % TILE >= self.tiling.width
+                || corner.1 + place / TILE >= self.tiling.height
+            {
+                *nearness = f32::INFINITY;
+            }
+        }
+        let mut tile = Tile {
+            view: self.view,
+            scene: self.scene,
+            corner,
+            nearness: &mut nearness,
+            ids,
+            farthest: [f32::NEG_INFINITY; BLOCKS * BLOCKS],
+            room: 0.0,
+        };
+        let origin = [corner.0 as f32 + 0.5, corner.1 as f32 + 0.5];
+        let rounding = self.view.rounding();
+        for bin in bins {
+            for (places, count) in eights(0..bin.near.len()) {
+                let ids = ids_at(&bin.near, places);
+                let triangles = triangles_of(self.scene, ids);
+                let corners = Corners::new(simd, self.places, triangles).relative_to(origin);
+                let shapes = Shapes::new(simd, &corners, rounding, SIDE);
+                let boxes = pixel_boxes(simd, &corners, rounding);
+                for lane in 0..count {
+                    let size = shapes.low[lane].abs().max(shapes.high[lane].abs());
+                    // One whose depth float32 knows badly would make the others' uncertain.
+                    if shapes.rounding[lane] < MAX_ROUNDING * size {
+                        let [x0, x1, y0, y1] = &boxes;
+                        let pixels = [
+                            x0[lane] as usize,
+                            x1[lane] as usize,
+                            y0[lane] as usize,
+                            y1[lane] as usize,
+                        ];
+                        tile.draw::<S, false>(simd, &shapes, lane, ids[lane], pixels);
+                    } else {
+                        tile.draw_wide(simd, &shapes, ids[lane]);
+                    }
+                }
+            }
+            for &id in &bin.wide {
+                let corners = Corners::new(
+                    simd,
+                    self.places,
+                    [self.scene.triangles()[id as usize]; LANES],
+                );
+                let shapes = Shapes::new(simd, &corners, rounding, SIDE);
+                tile.draw_wide(simd, &shapes, id);
+            }
+        }
+    }
+}
+
+/// First and last column and row of the pixels of a tile whose middles eight triangles may hold.
+#[inline(always)]
+fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[f32; LANES]; 4] {
+    let (zero, end) = (splat(simd, 0.0), splat(simd, SIDE - 1.0));
+    let (x, y) = (corners.x, corners.y);
+    [
+        (least(x) - rounding).ceil().max(zero).to_array(),
+        (greatest(x) + rounding).floor().min(end).to_array(),
+        (least(y) - rounding).ceil().max(zero).to_array(),
+        (greatest(y) + rounding).floor().min(end).to_array(),
+    ]
+}
+
+impl Tile<'_> {
+    #[inline(never)]
+    fn draw_wide<S: Simd>(&mut self, simd: S, shapes: &Shapes, id: u32) {
+        let origin = DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5;
+        let mut shapes = *shapes;
+        if shapes.set_wide(0, (self.view, self.scene), id, origin, f64::from(SIDE), 0.0) {
+            simd.vectorize(
+                #[inline(always)]
+                || self.draw::<S, true>(simd, &shapes, 0, id, [0, TILE - 1, 0, TILE - 1]),
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn draw<S: Simd, const IS_WIDE: bool>(
+        &mut self,
+        simd: S,
+        shapes: &Shapes,
+        lane: usize,
+        id: u32,
+        [x0, x1, y0, y1]: [usize; 4],
+    ) {
+        self.room = self.room.max(shapes.rounding[lane]);
+        let (bx0, bx1, by0, by1) = (x0 / BLOCK, x1 / BLOCK, y0 / BLOCK, y1 / BLOCK);
+        let columns = (0xff << bx0) & (0xff >> (BLOCKS - 1 - bx1));
+        let is_small = bx1 - bx0 + by1 - by0 <= 1;
+        let room = shapes.rounding[lane] + self.room;
+        for by in by0..=by1 {
+            let rows = y0.max(by * BLOCK)..y1.min(by * BLOCK + BLOCK - 1) + 1;
+            let farthest = &self.farthest[by * BLOCKS..(by + 1) * BLOCKS];
+            let farthest = f32x8::from_slice(simd, farthest);
+            let (mut blocks, mut covered) = (columns, 0);
+            let mut nearest = splat(simd, shapes.high[lane]);
+            if !is_small {
+                let found = shapes.blocks(simd, lane, (by * BLOCK) as f32, BLOCK as f32 - 1.0);
+                (blocks, covered, nearest) = (blocks & found.touched, found.covered, found.nearest);
+            }
+            blocks &= mask_bits(farthest.simd_le(nearest + room));
+            for bx in bits(blocks) {
+                let is_covered = covered >> bx & 1 != 0;
+                if is_covered {
+                    self.draw_block::<S, IS_WIDE, true>(simd, shapes, lane, id, bx, rows.clone());
+                } else {
+                    self.draw_block::<S, IS_WIDE, false>(simd, shapes, lane, id, bx, rows.clone());
+                }
+                if is_covered || rows.len() == BLOCK {
+                    self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn draw_block<S: Simd, const IS_WIDE: bool, const IS_COVERED: bool>(
+        &mut self,
+        simd: S,
+        shapes: &Shapes,
+        lane: usize,
+        id: u32,
+        bx: usize,
+        rows: Range<usize>,
+    ) {
+        let x =
+            f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) + (bx * BLOCK) as f32;
+        let Shapes { a, b, c, .. } = shapes;
+        let edges = [
+            x.mul_add(splat(simd, a[0][lane]), splat(simd, c[0][lane])),
+            x.mul_add(splat(simd, a[1][lane]), splat(simd, c[1][lane])),
+            x.mul_add(splat(simd, a[2][lane]), splat(simd, c[2][lane])),
+        ];
+        let b = [b[0][lane], b[1][lane], b[2][lane]];
+        let along = x.mul_add(
+            splat(simd, shapes.step_x[lane]),
+            splat(simd, shapes.first[lane]),
+        );
+        let step_y = shapes.step_y[lane];
+        let (low, high) = (
+            splat(simd, shapes.low[lane]),
+            splat(simd, shapes.high[lane]),
+        );
+        let rounding = splat(simd, shapes.rounding[lane]);
+        let room = rounding + self.room;
+        let (far, near) = self.view.seen;
+        let (far, near) = (splat(simd, far as f32), splat(simd, near as f32));
+        let id_of_all = u32x8::simd_from(simd, id);
+        for row in rows {
+            let y = row as f32;
+            let place = row * TILE + bx * BLOCK;
+            let held = &mut self.nearness[place..place + LANES];
+            let old = f32x8::from_slice(simd, held);
+            let new = (along + step_y * y).max(low).min(high);
+            let mut may_win = old.simd_le(new + room);
+            let mut wins = old.simd_lt(new - room);
+            if !IS_COVERED {
+                let e = least([
+                    edges[0] + b[0] * y,
+                    edges[1] + b[1] * y,
+                    edges[2] + b[2] * y,
+                ]);
+                may_win &= splat(simd, -1.0).simd_le(e);
+                wins &= splat(simd, 1.0).simd_lt(e);
+            }
+            if IS_WIDE {
+                may_win &= far.simd_le(new + rounding) & (new - rounding).simd_le(near);
+                wins &= far.simd_lt(new - rounding) & (new + rounding).simd_lt(near);
+            }
+            let (may_win, won) = (mask_bits(may_win), mask_bits(wins));
+            if may_win == 0 {
+                continue;
+            }
+            wins.select(new, old).store_slice(held);
+            let ids = &mut self.ids[place..place + LANES];
+            let known = u32x8::from_slice(simd, ids);
+            wins.select(id_of_all, known).store_slice(ids);
+            for i in bits(may_win & !won) {
+                self.decide(place + i, id);
+            }
+        }
+    }
+
+    /// A pixel that float32 leaves open.
+    #[inline(never)]
+    fn decide(&mut self, place: usize, id: u32) {
+        let (x, y) = (self.corner.0 + place % TILE, self.corner.1 + place / TILE);
+        let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let Some(new) = self.view.nearness_at(self.scene, middle, id) else {
+            return;
+        };
+        let known = self.ids[place];
+        let is_nearest = known == NONE || {
+            let old = self.view.nearness_of_plane(self.scene, middle, known);
+            new > old || new == old && id < known
+        };
+        if is_nearest {
+            self.ids[place] = id;
+            self.nearness[place] = new as f32;
+            self.room = self.room.max(new.abs() as f32 * EPSILON);
+        }
+    }
+
+    #[inline(always)]
+    fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
+        let mut least = splat(simd, f32::INFINITY);
+        for row in by * BLOCK..(by + 1) * BLOCK {
+            let place = row * TILE + bx * BLOCK;
+            least = least.min(f32x8::from_slice(
+                simd,
+                &self.nearness[place..place + LANES],
+            ));
+        }
+        least.reduce_min()
+    }
+}

@@ -1,0 +1,113 @@
+//! Shadow rays: every receiver's own ray to the light, through the scene's hierarchy.
+//!
+//! The hierarchy finds the triangles near a ray; whether one stands in the way is decided in float64. A pixel
+//! asks the triangle that shadowed the pixel before it first.
+
+use super::lanes::{Simd, dispatch, level};
+use super::rasterize::{Image, NONE};
+use super::receivers::{BlockReceivers, KnownPlanes, Receivers};
+use super::tiles::{BLOCK, TILE};
+use crate::bvh::{Bvh, Search, ThickRay};
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::occlusion::ReceiverRay;
+use crate::scene::Scene;
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// What float64 rounds of a ray, as a share of the distances in it: some roundings of 2^-53.
+const ROUNDING: f64 = 1.0 / (1_u64 << 44) as f64;
+
+/// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and the number of rays.
+pub fn shadow_rays(
+    scene: &Scene,
+    image: &Image,
+    camera: &Camera,
+    light: &Light,
+    hierarchy: &Bvh,
+) -> (Vec<f32>, u64) {
+    let from_origin = camera.eye.length() + hierarchy.farthest(camera.eye);
+    let rays = ShadowRays {
+        receivers: Receivers::new(scene, image, camera, light),
+        hierarchy,
+        margin: ROUNDING * from_origin,
+    };
+    let width = image.tiling.width;
+    let mut visibility = vec![f32::NAN; width * image.tiling.height];
+    let rows = visibility.par_chunks_mut(width * BLOCK).enumerate();
+    let count = rows
+        .map(|(i, rows)| dispatch!(level(), simd => rays.answer_rows(simd, i * BLOCK, rows)))
+        .sum();
+    (visibility, count)
+}
+
+struct ShadowRays<'a> {
+    receivers: Receivers<'a>,
+    hierarchy: &'a Bvh,
+    /// What rounding may have moved a ray by.
+    margin: f64,
+}
+
+impl ShadowRays<'_> {
+    /// Answers the pixels of eight rows, and gives the number of rays.
+    #[inline(always)]
+    fn answer_rows<S: Simd>(&self, simd: S, y: usize, rows: &mut [f32]) -> u64 {
+        let image = self.receivers.image;
+        let width = image.tiling.width;
+        let mut known = KnownPlanes::default();
+        let mut block = BlockReceivers::none(simd);
+        let mut blocker = NONE;
+        let mut count = 0;
+        for x in (0..width).step_by(BLOCK) {
+            self.receivers
+                .block(simd, (x, y), 0..BLOCK, &mut known, &mut block);
+            let first = image.tiling.index(x, y);
+            for (i, row) in rows.chunks_mut(width).enumerate() {
+                let ids = &image.triangles[first + i * TILE..][..BLOCK];
+                for (j, (pixel, &id)) in row[x..].iter_mut().zip(ids).enumerate() {
+                    if id == NONE {
+                        continue;
+                    }
+                    let faces_light = block.facing[i] >> j & 1 != 0;
+                    count += u64::from(faces_light);
+                    let is_lit = faces_light && self.is_lit((x + j, y + i), id, &mut blocker);
+                    *pixel = f32::from(u8::from(is_lit));
+                }
+            }
+        }
+        count
+    }
+
+    /// Casts the ray of a receiver.
+    #[inline(never)]
+    fn is_lit(&self, pixel: (usize, usize), own: u32, blocker: &mut u32) -> bool {
+        let ray = self.receivers.ray(pixel, own);
+        let blocks = |triangle| ray.is_shadowed_by(triangle);
+        if *blocker != NONE && blocks(*blocker) {
+            return false;
+        }
+        let mut is_lit = true;
+        self.hierarchy.visit(self.thick(&ray), |triangle| {
+            if blocks(triangle) {
+                (is_lit, *blocker) = (false, triangle);
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(f64::INFINITY)
+        });
+        is_lit
+    }
+
+    fn thick(&self, ray: &ReceiverRay) -> ThickRay {
+        let length = ray.to_light.length();
+        ThickRay {
+            origin: self.receivers.eye + ray.point,
+            direction: ray.to_light / length,
+            start: 0.0,
+            end: match self.receivers.light.position() {
+                Some(_) => length,
+                None => f64::INFINITY,
+            },
+            margin: self.margin,
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! The engine against the reference, pixel by pixel, on scenes that are hard for float32.
+
+use super::View;
+use super::exact::exact;
+use super::rasterize::{Image, NONE, rasterize};
+use crate::bvh::Everything;
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::reference::{Reference, reference};
+use crate::scene::Scene;
+use crate::twin::Random;
+use glam::{DMat4, DQuat, DVec2, DVec3};
+
+fn signed(random: &mut Random) -> f64 {
+    2.0 * random.share() - 1.0
+}
+
+fn vector(random: &mut Random) -> DVec3 {
+    DVec3::new(signed(random), signed(random), signed(random))
+}
+
+fn scene_of(corners: &[[DVec3; 3]]) -> Scene {
+    let triangles = (0..corners.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    Scene::new(corners.concat(), triangles.collect()).unwrap()
+}
+
+/// Triangles of all sizes around the origin: slivers, pairs that share an edge, triangles along the axes, and without
+/// area.
+fn soup(random: &mut Random, count: usize) -> Vec<[DVec3; 3]> {
+    let mut corners = Vec::new();
+    while corners.len() < count {
+        let size = 10_f64.powf(1.5 * signed(random) - 1.0);
+        let a = vector(random);
+        let (b, c) = (a + size * vector(random), a + size * vector(random));
+        // One is far larger than what is seen.
+        if corners.len() == count / 2 {
+            corners.push([a, a + 1e3 * vector(random), a + 1e3 * vector(random)]);
+        }
+        match corners.len() % 5 {
+            0 => corners.push([a, b, c]),
+            1 => corners.push([a, b, a.lerp(b, 0.4) + 1e-7 * vector(random)]),
+            2 => corners.extend([[a, b, c], [c, b, vector(random)]]),
+            3 => corners.push([a, a + DVec3::X * size, a + DVec3::Z * size]),
+            _ => corners.push([a, a, b]),
+        }
+    }
+    corners
+}
+
+/// A camera in some direction, with a quarter turn across its width.
+fn camera_at(eye: DVec3, turn: DQuat, (width, height): (u32, u32), range: (f64, f64)) -> Camera {
+    let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
+    let pose = DMat4::from_rotation_translation(turn, eye);
+    Camera::new(pose, DVec2::splat(half.x), half, (width, height), range).unwrap()
+}
+
+fn any_turn(random: &mut Random) -> DQuat {
+    DQuat::from_axis_angle(vector(random).normalize(), 3.0 * random.share())
+}
+
+/// The first triangles row by row, -1 for none.
+fn triangle_ids(image: &Image) -> Vec<i32> {
+    let tiling = image.tiling;
+    let pixels = (0..tiling.height).flat_map(|y| (0..tiling.width).map(move |x| (x, y)));
+    let ids = pixels.map(|(x, y)| image.triangles[tiling.index(x, y)]);
+    ids.map(|id| if id == NONE { -1 } else { id as i32 })
+        .collect()
+}
+
+/// Compares what the engine finds with the truth, but for ties, and gives how many pixels are in light and shadow.
+fn assert_right(scene: &Scene, camera: &Camera, light: &Light, case: &str) -> [usize; 2] {
+    let image = rasterize(&View::of_camera(camera), scene);
+    let visibility = exact(scene, &image, camera, light);
+    let truth: Reference = reference(scene, &Everything(scene), camera, light);
+    let ids = triangle_ids(&image);
+    let mut counts = [0; 2];
+    for pixel in 0..camera.pixel_count() {
+        let place = (pixel % camera.width as usize, pixel / camera.width as usize);
+        let at = format!(
+            "{case}, pixel {place:?}, {:?} in light {light:?}",
+            camera.eye
+        );
+        if !truth.triangle_tie[pixel] {
+            assert_eq!(ids[pixel], truth.triangle_id[pixel], "{at}");
+        }
+        if !truth.triangle_tie[pixel] && !truth.tie[pixel] {
+            let (found, right) = (visibility[pixel], truth.visibility[pixel]);
+            assert!(
+                found == right || found.is_nan() && right.is_nan(),
+                "{at}: {found}, not {right}"
+            );
+            match found {
+                0.0 => counts[0] += 1,
+                1.0 => counts[1] += 1,
+                _ => {}
+            }
+        }
+    }
+    counts
+}
+
+fn lights(random: &mut Random, scale: f64) -> Vec<Light> {
+    let near = scale * vector(random);
+    vec![
+        Light::directional(vector(random)).unwrap(),
+        Light::directional(DVec3::NEG_Y).unwrap(),
+        Light::point(2.0 * scale * vector(random)).unwrap(),
+        Light::point(near).unwrap(),
+        Light::spot(2.0 * near, -near, 0.6).unwrap(),
+        Light::hemisphere(near, vector(random)).unwrap(),
+    ]
+}
+
+#[test]
+fn pixels_of_any_soup_are_right() {
+    let mut random = Random(7);
+    let mut counts = [0; 2];
+    for round in 0..12 {
+        let scale = [1e-6, 1.0, 1e6][round % 3];
+        let corners = soup(&mut random, 60)
+            .into_iter()
+            .map(|t| t.map(|v| v * scale));
+        let scene = scene_of(&corners.collect::<Vec<_>>());
+        let distance = [0.0, 1.0, 3.0][round / 3 % 3];
+        let turn = any_turn(&mut random);
+        let eye = scale * distance * (turn * DVec3::Z) + 0.1 * scale * vector(&mut random);
+        let range = (1e-9 * scale, [f64::INFINITY, 2.0 * scale][round % 2]);
+        let camera = camera_at(eye, turn, (75, 41), range);
+        for light in lights(&mut random, scale) {
+            let case = format!("round {round}");
+            let of_case = assert_right(&scene, &camera, &light, &case);
+            counts = [counts[0] + of_case[0], counts[1] + of_case[1]];
+        }
+    }
+    assert!(counts[0] > 20_000 && counts[1] > 3_000, "{counts:?}");
+}
+
+/// A floor far larger than what stands on it.
+fn floor(side: f64) -> Vec<[DVec3; 3]> {
+    let corner = |x: f64, z: f64| DVec3::new(x * side, 0.0, z * side);
+    let [a, b, c, d] = [
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ];
+    vec![[a, c, b], [a, d, c]]
+}
+
+#[test]
+fn a_tiny_dense_object_on_a_huge_floor_casts_its_shadow() {
+    let mut random = Random(3);
+    let mut corners = floor(100.0);
+    for _ in 0..600 {
+        let a = DVec3::new(0.02, 0.03, 0.02) * vector(&mut random) + DVec3::Y * 0.04;
+        corners.push([
+            a,
+            a + 0.004 * vector(&mut random),
+            a + 0.004 * vector(&mut random),
+        ]);
+    }
+    let scene = scene_of(&corners);
+    let down = DQuat::from_rotation_x(-0.5);
+    let camera = camera_at(
+        DVec3::new(0.0, 0.1, 0.15),
+        down,
+        (160, 90),
+        (1e-3, f64::INFINITY),
+    );
+    for light in [
+        Light::directional(DVec3::new(0.5, -1.0, 0.2)).unwrap(),
+        Light::point(DVec3::new(-0.1, 0.2, -0.05)).unwrap(),
+    ] {
+        let [dark, lit] = assert_right(&scene, &camera, &light, "floor");
+        assert!(dark > 100 && lit > 1000, "{dark} {lit}");
+    }
+}
+
+#[test]
+fn what_no_sample_showed_is_answered_too() {
+    // One pixel in the middle of a wall's rows of samples looks through a hole at what is far away.
+    let mut corners = Vec::new();
+    let quad = |x: [f64; 2], y: [f64; 2], z: f64| {
+        let corner = |i: usize, j: usize| DVec3::new(x[i], y[j], z);
+        [
+            [corner(0, 0), corner(1, 0), corner(1, 1)],
+            [corner(0, 0), corner(1, 1), corner(0, 1)],
+        ]
+    };
+    // A hole around the pixel (44, 22), which is of no sampled row.
+    let (x, y) = ((44.5 - 40.0) / 40.0, (24.0 - 22.5) / 40.0);
+    let half = 0.01;
+    corners.extend(quad([-9.0, x - half], [-9.0, 9.0], -1.0));
+    corners.extend(quad([x + half, 9.0], [-9.0, 9.0], -1.0));
+    corners.extend(quad([x - half, x + half], [-9.0, y - half], -1.0));
+    corners.extend(quad([x - half, x + half], [y + half, 9.0], -1.0));
+    corners.extend(quad([-900.0, 900.0], [-900.0, 900.0], -100.0));
+    corners.extend(quad([5.0, 15.0], [-2.0, 8.0], -90.0));
+    let scene = scene_of(&corners);
+    let camera = camera_at(
+        DVec3::ZERO,
+        DQuat::IDENTITY,
+        (80, 48),
+        (1e-3, f64::INFINITY),
+    );
+    let image = rasterize(&View::of_camera(&camera), &scene);
+    let seen = triangle_ids(&image)[22 * 80 + 44];
+    assert!(seen >= 8, "{seen}");
+    for position in [DVec3::new(11.0, 3.0, -20.0), DVec3::new(11.0, 3.0, 50.0)] {
+        assert_right(&scene, &camera, &Light::point(position).unwrap(), "hole");
+        assert_right(
+            &scene,
+            &camera,
+            &Light::directional(-position).unwrap(),
+            "hole",
+        );
+    }
+}
+
+#[test]
+fn a_lamp_in_the_plane_of_a_ceiling_lights_all_below_it() {
+    // Turned, so that rounding puts the lamp to either side of each triangle.
+    let mut random = Random(9);
+    for round in 0..20 {
+        let turn = any_turn(&mut random);
+        let square = |y: f64| {
+            floor(4.0)
+                .into_iter()
+                .map(move |t| t.map(|v| v + y * DVec3::Y))
+        };
+        let corners = square(0.0).chain(square(3.0)).map(|t| t.map(|v| turn * v));
+        let scene = scene_of(&corners.collect::<Vec<_>>());
+        let eye = turn * DVec3::new(0.0, 1.5, 0.0);
+        let down = turn * DQuat::from_rotation_x(-1.3);
+        let camera = camera_at(eye, down, (64, 48), (1e-3, f64::INFINITY));
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        let place = turn * DVec3::new(2.0 * signed(&mut random), 3.0, 2.0 * signed(&mut random));
+        let visibility = exact(&scene, &image, &camera, &Light::point(place).unwrap());
+        let ids = triangle_ids(&image);
+        let below = ids
+            .iter()
+            .zip(&visibility)
+            .filter(|(id, _)| **id == 0 || **id == 1);
+        let dark = below.clone().filter(|(_, v)| **v != 1.0).count();
+        assert!(below.count() > 2000 && dark == 0, "round {round}: {dark}");
+    }
+}
+
+#[test]
+fn no_pixel_slips_between_triangles_that_share_an_edge() {
+    // The diagonal of the square passes the middles of pixels.
+    for size in [16, 17] {
+        let scene = scene_of(&floor(1.0));
+        let down = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        let camera = camera_at(DVec3::Y * 0.75, down, (size, size), (1e-3, f64::INFINITY));
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        assert!(triangle_ids(&image).iter().all(|&id| id >= 0));
+    }
+}
+
+#[test]
+fn large_triangles_over_each_other_share_cells() {
+    let mut random = Random(5);
+    let mut corners = floor(3.0);
+    for _ in 0..2500 {
+        let mut at = || vector(&mut random) * DVec3::new(3.0, 0.01, 3.0) + DVec3::Y;
+        corners.push([at(), at(), at()]);
+    }
+    let scene = scene_of(&corners);
+    let camera = camera_at(
+        DVec3::new(0.0, 0.8, 3.5),
+        DQuat::from_rotation_x(-0.2),
+        (64, 36),
+        (1e-3, f64::INFINITY),
+    );
+    let light = Light::directional(DVec3::new(1.0, -0.4, 0.3)).unwrap();
+    let [dark, lit] = assert_right(&scene, &camera, &light, "large");
+    assert!(dark > 200 && lit > 20, "{dark} {lit}");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_pixel() {
+    let mut random = Random(11);
+    let scene = scene_of(&soup(&mut random, 3000));
+    let camera = camera_at(
+        DVec3::new(0.0, 0.0, 2.5),
+        DQuat::IDENTITY,
+        (200, 130),
+        (1e-3, f64::INFINITY),
+    );
+    let light = Light::point(DVec3::new(0.5, 2.0, 1.0)).unwrap();
+    let frame = || {
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        let visibility = exact(&scene, &image, &camera, &light);
+        let bits = visibility.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        (triangle_ids(&image), bits)
+    };
+    let frames = [1, 2, 3, 8].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(frame)
+    });
+    assert!(frames.iter().all(|other| *other == frames[0]));
+}

@@ -1,0 +1,66 @@
+//! Images in tiles, so that what a thread works on stays in its cache.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Pixels along each side of a tile, and of the blocks that it is made of.
+pub const TILE: usize = 64;
+pub const BLOCK: usize = 8;
+
+/// Pixels of a tile.
+pub const TILE_PIXELS: usize = TILE * TILE;
+
+/// How an image lies in tiles: one after the other, each row by row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tiling {
+    pub width: usize,
+    pub height: usize,
+    pub columns: usize,
+    pub rows: usize,
+}
+
+impl Tiling {
+    pub fn new(width: usize, height: usize) -> Self {
+        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        Self {
+            width,
+            height,
+            columns,
+            rows,
+        }
+    }
+
+    pub fn tiles(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// Where a pixel lies among those of all tiles.
+    #[inline(always)]
+    pub fn index(&self, x: usize, y: usize) -> usize {
+        let tile = y / TILE * self.columns + x / TILE;
+        tile * TILE_PIXELS + y % TILE * TILE + x % TILE
+    }
+
+    /// The first pixel of a tile.
+    pub fn corner(&self, tile: usize) -> (usize, usize) {
+        (tile % self.columns * TILE, tile / self.columns * TILE)
+    }
+}
+
+/// Gives the numbers below `count` to all threads, one at a time; each thread has its own state.
+pub fn share_jobs<T: Send>(states: &mut [T], count: usize, work: impl Fn(&mut T, usize) + Sync) {
+    let next = AtomicUsize::new(0);
+    let (next, work) = (&next, &work);
+    rayon::scope(|scope| {
+        for state in states {
+            scope.spawn(move |_| {
+                loop {
+                    let job = next.fetch_add(1, Ordering::Relaxed);
+                    if job >= count {
+                        break;
+                    }
+                    work(state, job);
+                }
+            });
+        }
+    });
+}

@@ -1,0 +1,183 @@
+//! What an image or a map sees of points, and the edges of triangles in it, in float64.
+
+use super::lanes::{EPSILON, each};
+use crate::camera::Camera;
+use crate::scene::Scene;
+use crate::sides::Source;
+use glam::{DVec2, DVec3, DVec4};
+use rayon::prelude::*;
+
+/// How near a point is: the greater, the nearer. Linear in the image over any plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Nearness {
+    /// The inverse of `w`.
+    Inverse,
+    /// A linear function of (point, 1), over `w`.
+    Linear(DVec4),
+}
+
+/// A light matrix, or a camera's.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Points are relative to it before anything is multiplied.
+    pub origin: DVec3,
+    /// Column and row, each times `w`, and `w`: functions of (point, 1).
+    pub rows: [DVec4; 3],
+    pub nearness: Nearness,
+    /// Pixels.
+    pub width: usize,
+    pub height: usize,
+    /// Between which nearness a surface is seen.
+    pub seen: (f64, f64),
+    /// The light that triangles in a plane with it do not hide.
+    pub light: Option<Source>,
+}
+
+/// A corner before it is divided: (column, row, 1) times `w`, and the nearness times `w`.
+#[derive(Debug, Clone, Copy)]
+pub struct Homogeneous {
+    pub place: DVec3,
+    pub nearness: f64,
+}
+
+/// (column, row, nearness) of a vertex, and 1, or -1 where it is not before the origin.
+pub type Place = [f32; 4];
+
+impl View {
+    pub fn of_camera(camera: &Camera) -> Self {
+        let row = |axis: DVec3, focal: f64, centre: f64| axis * focal + camera.forward * centre;
+        let rows = [
+            row(camera.right, camera.focal.x, camera.centre.x),
+            row(-camera.up, camera.focal.y, camera.centre.y),
+            camera.forward,
+        ];
+        Self {
+            origin: camera.eye,
+            rows: rows.map(|row| row.extend(0.0)),
+            nearness: Nearness::Inverse,
+            width: camera.width as usize,
+            height: camera.height as usize,
+            seen: (1.0 / camera.zfar, 1.0 / camera.znear),
+            light: None,
+        }
+    }
+
+    pub fn homogeneous(&self, vertex: DVec3) -> Homogeneous {
+        let point = (vertex - self.origin).extend(1.0);
+        Homogeneous {
+            place: DVec3::from_array(each(self.rows, |row| row.dot(point))),
+            nearness: match self.nearness {
+                Nearness::Inverse => 1.0,
+                Nearness::Linear(row) => row.dot(point),
+            },
+        }
+    }
+
+    pub fn place(&self, vertex: DVec3) -> Place {
+        let Homogeneous { place, nearness } = self.homogeneous(vertex);
+        let inverse = 1.0 / place.z;
+        match place.z > 0.0 {
+            true => [
+                (place.x * inverse) as f32,
+                (place.y * inverse) as f32,
+                (nearness * inverse) as f32,
+                1.0,
+            ],
+            false => [0.0, 0.0, 0.0, -1.0],
+        }
+    }
+
+    /// Those of all vertices.
+    pub fn places(&self, scene: &Scene) -> Vec<Place> {
+        let vertices = scene.vertices().par_iter().with_min_len(1024);
+        vertices.map(|&vertex| self.place(vertex)).collect()
+    }
+
+    /// Whether a triangle lies beyond one side of the view, wherever its corners are.
+    pub fn lies_beside(&self, scene: &Scene, triangle: u32) -> bool {
+        let (width, height) = (self.width as f64, self.height as f64);
+        let sides = each(scene.corners(triangle), |corner| {
+            let DVec3 { x, y, z: w } = self.homogeneous(corner).place;
+            let bits = [x < 0.0, x > width * w, y < 0.0, y > height * w];
+            bits.iter().enumerate().fold(0, |sides, (i, &is_beyond)| {
+                sides | u32::from(is_beyond) << i
+            })
+        });
+        sides[0] & sides[1] & sides[2] != 0
+    }
+
+    /// Columns and rows beyond which corners are set up in float64.
+    pub fn reach(&self) -> f32 {
+        2.0 * self.width.max(self.height) as f32
+    }
+
+    /// How far rounding may have moved a corner within reach, in pixels.
+    pub fn rounding(&self) -> f32 {
+        self.reach() * EPSILON
+    }
+
+    /// How near a triangle is at a place; `None` where it does not cover the place or is out of range. Two
+    /// triangles that share an edge compute the same number for it but for the sign, so that nothing slips between
+    /// them (Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2013).
+    pub fn nearness_at(&self, scene: &Scene, place: DVec2, triangle: u32) -> Option<f64> {
+        let planes = Planes::new(self, scene, triangle, place)?;
+        let (far, near) = self.seen;
+        let nearness = planes.nearness.z;
+        let is_inside = planes.edges.iter().all(|edge| edge.z >= 0.0);
+        (is_inside && far < nearness && nearness < near).then_some(nearness)
+    }
+
+    /// The same for the triangle's plane.
+    pub fn nearness_of_plane(&self, scene: &Scene, place: DVec2, triangle: u32) -> f64 {
+        Planes::new(self, scene, triangle, place).map_or(f64::NAN, |planes| planes.nearness.z)
+    }
+}
+
+/// The edges and the nearness of a triangle as linear functions of (column, row, 1), relative to a place.
+#[derive(Debug, Clone, Copy)]
+pub struct Planes {
+    /// Positive inside.
+    pub edges: [DVec3; 3],
+    pub nearness: DVec3,
+}
+
+impl Planes {
+    /// `None` where the triangle is seen edge-on. No corner is clipped: an edge is the plane through the origin and
+    /// two corners (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
+    pub fn new(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
+        let corners = each(scene.corners(triangle), |corner| view.homogeneous(corner));
+        let [a, b, c] = each(corners, |Homogeneous { place, .. }| {
+            DVec3::new(
+                place.x - origin.x * place.z,
+                place.y - origin.y * place.z,
+                place.z,
+            )
+        });
+        let edges = [b.cross(c), c.cross(a), a.cross(b)];
+        let volume = a.dot(edges[0]);
+        let is_in_plane = |light: Source| light.side_of(scene.corners(triangle)) == 0;
+        let is_edge_on = volume == 0.0 || view.light.is_some_and(is_in_plane);
+        if is_edge_on {
+            return None;
+        }
+        let nearness = edges[0] * corners[0].nearness
+            + edges[1] * corners[1].nearness
+            + edges[2] * corners[2].nearness;
+        let sign = volume.signum();
+        Some(Self {
+            edges: each(edges, |edge| edge * sign),
+            nearness: nearness / volume,
+        })
+    }
+
+    /// Whether the triangle may touch a square.
+    pub fn may_touch(&self, corner: DVec2, side: f64) -> bool {
+        self.edges.iter().all(|edge| {
+            let greatest =
+                edge.dot(corner.extend(1.0)) + side * (edge.x.max(0.0) + edge.y.max(0.0));
+            let farthest = corner.abs() + side;
+            let rounding = edge.x.abs() * farthest.x + edge.y.abs() * farthest.y + edge.z.abs();
+            greatest >= -1e-9 * rounding
+        })
+    }
+}

@@ -1,0 +1,393 @@
+"""The choice of who renders, and what the CPU engine does without a driver."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+import lixel as lx
+from lixel import _core, cli
+
+ON_CPU = lx.info().cpu["methods"]
+ADAPTERS = lx.info().adapters
+SOFTWARE = ("Cpu", "Other")
+HAS_HARDWARE = any(a["type"] not in SOFTWARE and not a["missing_features"] for a in ADAPTERS)
+
+
+@pytest.fixture
+def no_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As for a user who names no device."""
+    monkeypatch.delenv("LIXEL_DEVICE", raising=False)
+
+
+def environment(**more: str) -> dict[str, str]:
+    """That of a process for a user who names no device."""
+    kept = {name: text for name, text in os.environ.items() if name != "LIXEL_DEVICE"}
+    return {**kept, **more}
+
+
+NO_DRIVER = {"VK_ICD_FILENAMES": "/nonexistent", "VK_DRIVER_FILES": "/nonexistent"}
+
+
+def ended(text: str, **more: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(text)]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=120, check=False, env=environment(**more)
+    )
+
+
+# --- The choice ---
+
+
+def test_the_cpu_engine_is_named_in_a_frame(view):
+    frame = lx.render(*view, "exact", device="cpu")
+    assert set(frame.adapter) == set(lx.render(*view, "exact").adapter)
+    assert frame.adapter["type"] == "Cpu engine"
+    assert frame.adapter["backend"] == "lixel"
+    assert frame.adapter["name"] == lx.info().cpu["name"]
+    assert frame.adapter["driver"].startswith(f"{lx.__version__}, ")
+    for part in ("lanes", "threads"):
+        assert str(lx.info().cpu[part]) in frame.adapter["driver"]
+
+
+@pytest.mark.parametrize("name", ["cpu", "CPU", "Cpu"])
+def test_the_cpu_by_argument_and_by_environment(name, view, monkeypatch):
+    by_argument = lx.render(*view, "exact", device=name)
+    assert by_argument.adapter["type"] == "Cpu engine"
+    monkeypatch.setenv("LIXEL_DEVICE", name)
+    assert lx.render(*view, "exact").adapter == by_argument.adapter
+    # What the caller says counts for more.
+    assert lx.render(*view, "exact", device="gpu").adapter["type"] != "Cpu engine"
+
+
+def test_an_adapter_by_a_part_of_its_name(view):
+    name = ADAPTERS[0]["name"]
+    for part in (name, name.upper(), name[1:5].lower()):
+        assert lx.render(*view, "exact", device=part).adapter["name"] == name
+    assert lx.render(*view, "exact", device="gpu").adapter["name"] == name
+
+
+def test_two_names_of_one_adapter_are_one_device(view):
+    name = ADAPTERS[0]["name"]
+    lx.render(*view, "uniform", device="gpu")
+    # What is known of the scene was not thrown away.
+    assert "visibility" in lx.render(*view, "uniform", device=name).stats["skipped"]
+
+
+@pytest.mark.parametrize("device", ["no such thing", ""])
+def test_an_unknown_device_is_a_value_error(device, view):
+    with pytest.raises(
+        ValueError, match=r"device must be 'cpu', 'gpu' or a part .*, got "
+    ) as caught:
+        lx.render_shadows(*view, device=device)
+    if device:
+        assert ADAPTERS[0]["name"] in str(caught.value)
+
+
+@pytest.mark.parametrize("device", [7, b"cpu", ("cpu",), True])
+def test_a_device_of_another_type_is_a_type_error(device, view):
+    with pytest.raises(TypeError, match=f"device must be .*, got {type(device).__name__}"):
+        lx.render_shadows(*view, device=device)
+
+
+def test_an_unknown_device_in_the_environment(view, monkeypatch):
+    monkeypatch.setenv("LIXEL_DEVICE", "no such thing")
+    with pytest.raises(ValueError, match="got 'no such thing'"):
+        lx.render_shadows(*view)
+    found = lx.info()
+    assert found.device is None
+    assert "no such thing" in found.problem
+
+
+def test_without_a_name_hardware_comes_before_the_cpu_engine(no_device, view):
+    for method in lx.METHODS:
+        if not lx.METHODS[method]().takes(view.light):
+            continue
+        kind = lx.render(*view, method).adapter["type"]
+        if HAS_HARDWARE:
+            assert kind not in (*SOFTWARE, "Cpu engine")
+        else:
+            assert (kind == "Cpu engine") == (method in ON_CPU)
+
+
+def test_the_method_for_want_of_one(no_device, view, monkeypatch):
+    assert lx.render(*view, device="cpu").method == lx.Exact()
+    assert "auto" in lx.render(*view, device="gpu").stats
+    assert (lx.render(*view).method == lx.Exact()) or HAS_HARDWARE
+    # A bound of the error is one of `Auto`.
+    assert "auto" in lx.render(*view, device="cpu", max_error=0.1).stats
+    with pytest.raises(ValueError, match="max_error must come with the method 'auto'"):
+        lx.render_shadows(*view, "exact", device="cpu", max_error=0.1)
+
+
+def test_auto_on_the_cpu_takes_what_never_errs(view):
+    frame = lx.render(*view, "auto", device="cpu")
+    assert frame.method == lx.Exact()
+    facts, of_gpu = frame.stats["auto"], lx.render(*view, "auto", device="gpu").stats["auto"]
+    assert list(facts) == list(of_gpu)
+    assert (facts["method"], facts["predicted_error"]) == ("exact", 0.0)
+    assert "CPU engine" in facts["why"]
+
+
+def test_every_method_renders_on_the_cpu_or_says_that_it_cannot(view):
+    light = {"spot": lx.SpotLight((1, 4, 1), (0, -1, 0), 0.7)}
+    for name in lx.METHODS:
+        lit_by = view.light if lx.METHODS[name]().takes(view.light) else lx.PointLight((1, 4, 1))
+        seen = view.scene, view.camera, light.get(name, lit_by), name
+        if name in ON_CPU:
+            assert lx.render_shadows(*seen, device="cpu").shape == (64, 96)
+            continue
+        words = (
+            f"method '{name}' has no form on the CPU engine yet; take device='gpu', which .*driver"
+        )
+        with pytest.raises(lx.DeviceError, match=words):
+            lx.render_shadows(*seen, device="cpu")
+    assert {"exact", "ray_traced"} <= set(ON_CPU)
+
+
+def test_ray_queries_are_no_thing_of_the_cpu_engine(view):
+    with pytest.raises(
+        lx.DeviceError, match="'hardware' cannot be: the CPU engine has no ray quer"
+    ):
+        lx.render_shadows(*view, lx.RayTraced(traversal="hardware"), device="cpu")
+
+
+def test_functions_that_make_parts_of_frames_take_a_device(view):
+    assert lx.warp_map(*view, "rtw", device="gpu").ndim == 4
+    for part in (lx.warp_map, lx.importance_map):
+        with pytest.raises(lx.DeviceError, match="'rtw' has no form on the CPU engine"):
+            part(*view, "rtw", device="cpu")
+        assert part(*view, "exact", device="cpu").shape[0] == 0
+
+
+def test_a_study_has_rows_of_each_device(tmp_path):
+    rows = {}
+    for device in ("cpu", "gpu"):
+        table = lx.study(
+            "plane_and_box", methods=["exact"], size=(64, 36), repeats=1, progress=False,
+            device=device, journal=tmp_path / "journal",
+        )  # fmt: skip
+        [rows[device]] = table.to_dict("records")
+        assert rows[device]["misclassified_count"] == 0
+        assert np.isnan(rows[device].get("error") or np.nan)
+    assert rows["cpu"]["device"] == lx.info().cpu["name"]
+    assert rows["gpu"]["device"] == ADAPTERS[0]["name"]
+    assert rows["cpu"]["case"] != rows["gpu"]["case"]
+
+
+def test_a_command_takes_a_device(tmp_path, capfd):
+    arguments = ["render", "plane_and_box", "--size", "48x32", "-o", str(tmp_path / "x.npy")]
+    assert cli.main([*arguments, "--method", "exact", "--device", "cpu"]) == 0
+    assert "caster tests" in capfd.readouterr().out
+    assert cli.main([*arguments, "--method", "rtw", "--device", "cpu"]) == 2
+    assert "'rtw' has no form on the CPU engine" in capfd.readouterr().err
+    assert cli.main([*arguments, "--method", "exact", "--device", "nothing"]) == 2
+    assert "device must be" in capfd.readouterr().err
+    # It holds for one command.
+    assert lx.info().device["type"] != "Cpu engine"
+
+
+def test_info_lists_the_cpu_engine_first_and_what_is_in_use(no_device):
+    found = lx.info()
+    lines = str(found).splitlines()
+    assert lines[1] == "CPU engine"
+    assert f"  methods: {', '.join(ON_CPU)}" in lines
+    assert f"  threads: {found.cpu['threads']}" in lines
+    assert lines[-1] == f"in use: {found.device['name']} ({found.device['type']})"
+    assert (found.device["type"] == "Cpu engine") != HAS_HARDWARE
+
+
+# --- Frames of the CPU engine ---
+
+
+@pytest.mark.parametrize("method", ON_CPU)
+def test_a_frame_has_all_that_a_frame_has(method, view, truth):
+    frame = lx.render(*view, method, device="cpu")
+    other = lx.render(*view, method, device="gpu")
+    assert np.array_equal(frame.visibility, other.visibility, equal_nan=True)
+    assert np.array_equal(frame.triangle_id, other.triangle_id)
+    assert lx.compare(frame, truth).misclassified_count == 0
+    for name in ("shadow_map", "importance_map", "warp_map", "light_matrix"):
+        assert getattr(frame, name).shape == getattr(other, name).shape, name
+    assert np.array_equal(frame.aliasing_error, other.aliasing_error, equal_nan=True)
+    assert frame.stats["triangles"] == view.scene.triangle_count
+    assert set(frame.timings) <= set(_core.labels())
+    assert all(milliseconds >= 0.0 for milliseconds in frame.timings.values())
+
+
+@pytest.mark.parametrize("method", ON_CPU)
+def test_a_list_of_lights_is_as_each_alone(method):
+    scene = lx.scenes.colonnade(columns=4, detail=12)
+    camera = scene.cameras["default"].resized(160, 90)
+    low, high = scene.bounds
+    inside = low + (high - low) * [0.45, 0.6, 0.55]
+    lights = [
+        *scene.lights.values(),
+        lx.PointLight(inside),
+        lx.SpotLight(inside, (0.2, -1, 0.1), 0.8),
+        lx.HemisphereLight(inside, (0, -1, 0)),
+        lx.DirectionalLight((1, -0.1, 0.2)),
+    ]
+    together = lx.render_shadows(scene, camera, lights, method, device="cpu")
+    for light, found in zip(lights, together, strict=True):
+        fresh = lx.Scene(scene.vertices, scene.faces)
+        alone = lx.render_shadows(fresh, camera, light, method, device="cpu")
+        assert found.tobytes() == alone.tobytes(), light
+        truth = lx.reference(scene, camera, light)
+        assert lx.compare(found, truth).misclassified_count == 0, light
+    assert lx.render_shadows(scene, camera, [], method, device="cpu").shape == (0, 90, 160)
+
+
+def test_what_the_camera_sees_is_kept(view):
+    scene, camera, light = view
+    first = lx.render(scene, camera, light, "exact", device="cpu")
+    assert "visibility" in first.timings
+    again = lx.render(scene, camera, lx.PointLight((1, 4, 1)), "ray_traced", device="cpu")
+    assert "visibility" not in again.timings
+    assert again.stats["skipped"] == ["visibility"]
+    assert "hierarchy (CPU)" in again.timings
+    # The reference searches in the same hierarchy.
+    lx.reference(scene, camera, light)
+    again = lx.render(scene, camera, light, "ray_traced", device="cpu")
+    assert again.stats["skipped"] == ["visibility", "hierarchy (CPU)"]
+    assert "visibility" in lx.render(scene, camera.resized(95, 64), light, device="cpu").timings
+    scene.update_vertices(scene.vertices + np.array([0.0, 0.1, 0.0]))
+    moved = lx.render(scene, camera.resized(95, 64), light, "ray_traced", device="cpu")
+    assert {"visibility", "hierarchy (CPU)"} <= set(moved.timings)
+
+
+def test_an_image_beyond_memory_is_refused(view):
+    for size in ((2**20, 2**20), (1, 2**31), (2**32 - 1, 2**32 - 1)):
+        with pytest.raises(ValueError, match=r"image size must not exceed .* on the CPU engine"):
+            lx.render_shadows(view.scene, view.camera.resized(*size), view.light, device="cpu")
+
+
+# --- Processes ---
+
+PICTURES = """
+    import hashlib, json
+    import lixel as lx
+
+    scene = lx.scenes.colonnade(columns=4, detail=12)
+    camera = scene.cameras["default"].resized(320, 180)
+    low, high = scene.bounds
+    lights = [*scene.lights.values(), lx.PointLight(low + (high - low) * [0.45, 0.6, 0.55])]
+    found = {}
+    for method in ("exact", "ray_traced"):
+        for turn in range(2):
+            images = lx.render_shadows(scene, camera, lights, method, device="cpu")
+            found[f"{method} {turn}"] = hashlib.sha256(images.tobytes()).hexdigest()
+    cpu = lx.info().cpu
+    print(json.dumps([found, cpu["threads"], cpu["lanes"]]))
+"""
+
+
+def test_the_same_bytes_with_any_threads_and_lanes():
+    pictures, lanes = [], []
+    for more in (
+        {"RAYON_NUM_THREADS": "1"},
+        {"RAYON_NUM_THREADS": "2"},
+        {"RAYON_NUM_THREADS": "7"},
+        {"RAYON_NUM_THREADS": "2", "LIXEL_LANES": "baseline"},
+    ):
+        process = ended(PICTURES, **more)
+        assert process.returncode == 0, process.stderr
+        found, threads, of_process = json.loads(process.stdout)
+        assert threads == int(more["RAYON_NUM_THREADS"])
+        assert found["exact 0"] == found["exact 1"]
+        pictures.append(found)
+        lanes.append(of_process)
+    assert all(found == pictures[0] for found in pictures[1:])
+    assert lanes[0] == lanes[1]
+
+
+def test_without_any_driver_exact_renders():
+    process = ended(
+        """
+        import lixel as lx
+
+        scene = lx.scenes.plane_and_box()
+        view = scene, scene.cameras["default"].resized(96, 64), scene.lights["default"]
+        assert lx.info().adapters == []
+        truth = lx.reference(*view)
+        for method in (None, "auto", "exact", "ray_traced"):
+            frame = lx.render(*view, method)
+            assert frame.adapter["type"] == "Cpu engine"
+            assert lx.compare(frame, truth).misclassified_count == 0
+        lx.clear_cache()
+        for method, device in (("uniform", None), ("exact", "gpu")):
+            try:
+                lx.render_shadows(*view, method, device=device)
+            except lx.DeviceError as error:
+                print(error)
+        try:
+            lx.render_shadows(*view, device="llvmpipe")
+        except ValueError as error:
+            print(error)
+        """,
+        **NO_DRIVER,
+    )
+    assert (process.returncode, process.stderr) == (0, "")
+    of_uniform, of_gpu, of_name = process.stdout.splitlines()
+    assert "method 'uniform' has no form on the CPU engine yet, and no GPU" in of_uniform
+    assert "install a Vulkan driver" in of_uniform
+    assert of_gpu.startswith("no GPU adapter found; install a Vulkan driver")
+    assert of_name.endswith("(there is none), got 'llvmpipe'")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
+@pytest.mark.parametrize("is_used", [True, False])
+def test_a_fork_after_use_is_refused_and_one_before_renders(is_used):
+    process = ended(
+        f"""
+        import os
+        import lixel as lx
+
+        def render():
+            scene = lx.scenes.plane_and_box()
+            camera = scene.cameras["default"].resized(32, 24)
+            return lx.render_shadows(scene, camera, scene.lights["default"], device="cpu")
+
+        if {is_used}:
+            render()
+        if os.fork() == 0:
+            try:
+                render()
+                print("rendered", flush=True)
+            except lx.DeviceError as error:
+                print(error, flush=True)
+            os._exit(0)
+        os.wait()
+        render()
+        print("parent", flush=True)
+        """
+    )
+    child, parent = process.stdout.splitlines()
+    assert ('get_context("spawn")' if is_used else "rendered") in child
+    assert (parent, process.returncode, process.stderr) == ("parent", 0, "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
+def test_an_interrupt_ends_a_list_of_lights():
+    process = ended(
+        """
+        import os, signal, threading, time
+        import lixel as lx
+
+        scene = lx.scenes.plane_and_box()
+        camera, light = scene.cameras["default"].resized(640, 360), scene.lights["default"]
+        threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        start = time.monotonic()
+        try:
+            lx.render_shadows(scene, camera, [light] * 4000, "exact", device="cpu")
+        except KeyboardInterrupt:
+            print(time.monotonic() - start < 5)
+        """
+    )
+    assert (process.returncode, process.stdout, process.stderr) == (0, "True\n", "")
