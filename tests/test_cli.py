@@ -200,7 +200,8 @@ def test_compare_evaluates_every_method_and_writes_pictures(tmp_path, capfd):
     table = capfd.readouterr().out.splitlines()
     assert table[0].split()[:2] == ["method", "resolution"]
     names = [(name, n) for name in lx.methods.MAP_METHODS for n in ("64", "512")]
-    assert [tuple(line.split()[:2]) for line in table[2:]] == names
+    assert [tuple(line.split()[:2]) for line in table[2:-1]] == names
+    assert table[-1].startswith(f"on {lx.info().device['name']}, driver ")
     written = {path.name for path in (tmp_path / "red").iterdir()}
     assert written == {f"{name}-{n}.png" for name, n in names}
 

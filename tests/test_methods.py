@@ -24,7 +24,8 @@ ARGUMENTS = {"objects_on_floor": {"subdivisions": 3}, "terrain": {"cells": 300}}
 # unturned map has 271). Sixteen turns instead of eight leave as many over 336 lights; in this view
 # uniform has 380 for 330, cascades 53 for 43, rtw 120 for 104, desired_view 296 for 326. cascades
 # has 789 for 737 in grass and 152 for 190 in objects_on_floor; four others have 2 to 9 % fewer in
-# grass.
+# grass. Raised, too, where pixels are judged that were ties before: cascades in colonnade by one,
+# shadow_volumes in grass by five.
 MAX_WRONG = {
     "uniform": {
         "plane_and_box": 4,
@@ -101,7 +102,7 @@ MAX_WRONG = {
     "cascades": {
         "plane_and_box": 4,
         "objects_on_floor": 167,
-        "colonnade": 58,
+        "colonnade": 59,
         "city": 13,
         "grass": 867,
         "needles": 1196,
@@ -168,7 +169,7 @@ MAX_WRONG = {
         "objects_on_floor": 0,
         "colonnade": 2,
         "city": 4,
-        "grass": 33,
+        "grass": 38,
         "needles": 30,
         "terrain": 9,
     },
@@ -213,10 +214,16 @@ def test_every_bound_is_of_a_method():
 
 # Scene by scene, so that each is made once and its reference is traced once.
 @pytest.mark.parametrize("name", GENERATORS)
-@pytest.mark.parametrize("method", lx.METHODS)
-def test_misclassified_pixels(name, method):
+@pytest.mark.parametrize(
+    ("device", "method"),
+    [
+        *((None, method) for method in lx.METHODS),
+        *(("cpu", method) for method in lx.info().cpu["methods"]),
+    ],
+)
+def test_misclassified_pixels(name, device, method):
     *view, truth = lit_by(name, light_for(method, name))
-    result = lx.compare(lx.render(*view, method), truth)
+    result = lx.compare(lx.render(*view, method, device=device), truth)
     print(f"{method}, {name}: {result}")
     assert result.misclassified_count <= MAX_WRONG[method][name]
     # Ties are not counted, so there must be few.
