@@ -69,7 +69,7 @@ def test_the_warp_spreads_what_the_plot_counts(view):
     assert after < before
 
 
-# In the plane of no side of the box, which the device takes for edge-on, and float32 normals do not.
+# In the plane of no side of the box: such a side is edge-on to the device, not to float32 normals.
 POINT, SPOT = lx.PointLight((1.1, 4.0, 2.1)), lx.SpotLight((1.1, 4.0, 2.1), (-0.3, -1, -0.4), 0.8)
 FITS = {
     "desired_view": None,
