@@ -291,18 +291,9 @@ impl Listing<'_> {
     /// One that is set up in float64.
     #[inline(always)]
     fn list_wide<S: Simd>(&self, simd: S, id: u32, corner: (usize, usize), listed: &mut Listed) {
-        let triangles = [self.scene.triangles()[id as usize]; LANES];
-        let corners = Corners::new(simd, self.places, triangles);
-        let mut shapes = Shapes::new(simd, &corners, self.view.rounding(), TILE as f32);
         let origin = DVec2::new(corner.0 as f64, corner.1 as f64);
-        if shapes.set_wide(
-            0,
-            (self.view, self.scene),
-            id,
-            origin,
-            TILE as f64,
-            self.view.rounding(),
-        ) {
+        let (seen, rounding) = ((self.view, self.scene), self.view.rounding());
+        if let Some(shapes) = Shapes::wide(seen, id, origin, TILE as f64, rounding) {
             let bounds = Bounds {
                 sides: [
                     f32::NEG_INFINITY,

@@ -129,18 +129,12 @@ impl Painter<'_> {
                         ];
                         tile.draw::<S, false>(simd, &shapes, lane, ids[lane], pixels);
                     } else {
-                        tile.draw_wide(simd, &shapes, ids[lane]);
+                        tile.draw_wide(simd, ids[lane]);
                     }
                 }
             }
             for &id in &bin.wide {
-                let corners = Corners::new(
-                    simd,
-                    self.places,
-                    [self.scene.triangles()[id as usize]; LANES],
-                );
-                let shapes = Shapes::new(simd, &corners, rounding, SIDE);
-                tile.draw_wide(simd, &shapes, id);
+                tile.draw_wide(simd, id);
             }
         }
     }
@@ -161,10 +155,10 @@ fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[f32; 
 
 impl Tile<'_> {
     #[inline(never)]
-    fn draw_wide<S: Simd>(&mut self, simd: S, shapes: &Shapes, id: u32) {
+    fn draw_wide<S: Simd>(&mut self, simd: S, id: u32) {
         let origin = DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5;
-        let mut shapes = *shapes;
-        if shapes.set_wide(0, (self.view, self.scene), id, origin, f64::from(SIDE), 0.0) {
+        let seen = (self.view, self.scene);
+        if let Some(shapes) = Shapes::wide(seen, id, origin, f64::from(SIDE), 0.0) {
             simd.vectorize(
                 #[inline(always)]
                 || self.draw::<S, true>(simd, &shapes, 0, id, [0, TILE - 1, 0, TILE - 1]),

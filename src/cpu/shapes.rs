@@ -93,6 +93,31 @@ fn corner_of_eight<'a>(
 }
 
 impl Shapes {
+    const NONE: Self = Self {
+        a: [[0.0; LANES]; 3],
+        b: [[0.0; LANES]; 3],
+        c: [[0.0; LANES]; 3],
+        step_x: [0.0; LANES],
+        step_y: [0.0; LANES],
+        first: [0.0; LANES],
+        rounding: [0.0; LANES],
+        low: [0.0; LANES],
+        high: [0.0; LANES],
+    };
+
+    /// One in float64, in the first lane; see `set_wide`.
+    pub fn wide(
+        view_and_scene: (&View, &Scene),
+        id: u32,
+        origin: DVec2,
+        side: f64,
+        rounding: f32,
+    ) -> Option<Self> {
+        let mut shapes = Self::NONE;
+        let is_seen = shapes.set_wide(0, view_and_scene, id, origin, side, rounding);
+        is_seen.then_some(shapes)
+    }
+
     /// Corners within reach, relative to the origin. `rounding`: what it may have moved them by. Columns and rows
     /// that are asked for are less than `side` from the origin.
     #[inline(always)]
