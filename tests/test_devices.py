@@ -341,38 +341,6 @@ def test_without_any_driver_exact_renders():
     assert of_name.endswith("(there is none), got 'llvmpipe'")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
-@pytest.mark.parametrize("is_used", [True, False])
-def test_a_fork_after_use_is_refused_and_one_before_renders(is_used):
-    process = ended(
-        f"""
-        import os
-        import lixel as lx
-
-        def render():
-            scene = lx.scenes.plane_and_box()
-            camera = scene.cameras["default"].resized(32, 24)
-            return lx.render_shadows(scene, camera, scene.lights["default"], device="cpu")
-
-        if {is_used}:
-            render()
-        if os.fork() == 0:
-            try:
-                render()
-                print("rendered", flush=True)
-            except lx.DeviceError as error:
-                print(error, flush=True)
-            os._exit(0)
-        os.wait()
-        render()
-        print("parent", flush=True)
-        """
-    )
-    child, parent = process.stdout.splitlines()
-    assert ('get_context("spawn")' if is_used else "rendered") in child
-    assert (parent, process.returncode, process.stderr) == ("parent", 0, "")
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
 def test_an_interrupt_ends_a_list_of_lights():
     process = ended(

@@ -115,8 +115,9 @@ def test_spawned_processes_render():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
 @pytest.mark.parametrize("is_used", [True, False])
-def test_a_fork_after_use_is_refused_and_one_before_renders(is_used):
+def test_a_fork_after_use_is_refused_and_one_before_renders(is_used, device):
     ended = script(
         """
         import os, sys
@@ -125,7 +126,8 @@ def test_a_fork_after_use_is_refused_and_one_before_renders(is_used):
         def render():
             scene = lx.scenes.plane_and_box()
             camera = scene.cameras["default"].resized(32, 24)
-            return lx.render_shadows(scene, camera, scene.lights["default"])
+            light = scene.lights["default"]
+            return lx.render_shadows(scene, camera, light, device=sys.argv[2])
 
         if sys.argv[1] == "True":
             render()
@@ -141,11 +143,11 @@ def test_a_fork_after_use_is_refused_and_one_before_renders(is_used):
         print("parent", flush=True)
         """,
         str(is_used),
+        device,
     )
-    child = 'get_context("spawn")' if is_used else "rendered"
-    assert child in ended.stdout
-    assert ended.stdout.splitlines()[-1] == "parent"
-    assert (ended.returncode, ended.stderr) == (0, "")
+    child, parent = ended.stdout.splitlines()
+    assert ('get_context("spawn")' if is_used else "rendered") in child
+    assert (parent, ended.returncode, ended.stderr) == ("parent", 0, "")
 
 
 @pytest.mark.parametrize(
