@@ -25,6 +25,7 @@ mod fits;
 mod frustum;
 mod geometry;
 mod gpu;
+mod importance;
 mod lanes;
 mod light;
 mod lock;

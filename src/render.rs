@@ -476,7 +476,7 @@ impl LayerReads {
         }
         if let Some(importance) = importance.filter(|_| outputs.has(Output::ImportanceMap)) {
             let count = (importance.cells as usize).pow(2);
-            let read = frame.read(Source::Kept(&importance.buffer), count)?;
+            let read = frame.read(Source::Kept(&importance.values), count)?;
             reads.importance = Some((importance, read));
         }
         if let Some(warp) = warp.filter(|_| outputs.reads_warps()) {

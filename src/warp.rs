@@ -3,6 +3,41 @@
 use crate::lanes::{Lane, V2};
 use glam::DVec2;
 
+/// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations in a shader.
+pub const MAX_CELLS: u32 = 16384;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    X,
+    Y,
+}
+
+/// How functions follow from counts of receivers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CountFit {
+    /// Standard deviation, in rows of counts, of about a Gaussian among them.
+    pub smoothing: f64,
+    /// The power of a count that a cell is worth.
+    pub exponent: f64,
+    /// Part of the map, in [0, 1], that is shared out evenly.
+    pub even_share: f64,
+}
+
+impl CountFit {
+    /// Of so many rows, those on each side that are averaged, twice over.
+    pub fn window(&self, rows: u32) -> u32 {
+        let sigma = self.smoothing;
+        // Two windows of 2 h + 1 have the variance ((2 h + 1)^2 - 1) / 6.
+        let window = ((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0;
+        (window.round() as u32).min(rows)
+    }
+}
+
+/// The standard deviation of a blur of maxima, in cells: no blur is a narrow one, and none is wider than the map.
+pub fn blur_within(cells: u32, sigma: f64) -> f64 {
+    sigma.clamp(1e-3, f64::from(cells))
+}
+
 /// Monotone functions along x, one for each band of rows, and along y, one for each band of columns,
 /// linear between the boundaries of cells. Coordinates are in [0, 1].
 #[derive(Debug, Clone, PartialEq)]

@@ -138,7 +138,7 @@ def test_no_circle_of_imports_among_modules() -> None:
 # The folders and files of each storey, and what they must not name.
 ENGINES = {"gpu", "cpu"}
 STOREYS = [
-    ({"warp", "lanes", "rounding", "shadow_ray", "region", "geometry", "frustum",
+    ({"warp", "importance", "lanes", "rounding", "shadow_ray", "region", "geometry", "frustum",
       "edge_directions", "light", "camera"},
      {"fits", "methods", "render", "python"} | ENGINES),
     # Which lays out its own uniform for the shaders.

@@ -26,6 +26,9 @@ struct State {
 /// At most this many free buffers are kept; the ones freed longest ago go first.
 const CAPACITY: usize = 64;
 
+/// The epoch of no pool.
+const NEVER: u64 = u64::MAX;
+
 /// A buffer that goes back to the pool when it is dropped.
 pub struct PooledBuffer {
     pool: Arc<Pool>,
@@ -103,6 +106,15 @@ impl Pool {
             buffer: Some(buffer),
             epoch: state.epoch,
         })
+    }
+
+    /// A buffer of someone's own, which does not come back.
+    pub fn lent(self: &Arc<Self>, buffer: wgpu::Buffer) -> PooledBuffer {
+        PooledBuffer {
+            pool: self.clone(),
+            buffer: Some(buffer),
+            epoch: NEVER,
+        }
     }
 
     /// Frees the buffers that no frame is using.

@@ -112,19 +112,18 @@ impl Recording {
     }
 
     /// A storage buffer that holds the values; not pooled, as uniforms are not.
-    pub fn constants(&self, what: &str, values: &[f32]) -> Result<wgpu::Buffer> {
+    pub fn constants(&self, what: &str, values: &[f32]) -> Result<PooledBuffer> {
         let usage = BufferUsages::STORAGE;
         self.gpu
             .pool
             .check_size(what, size_of_val(values) as u64, usage)?;
-        Ok(self
-            .gpu
-            .device
-            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(what),
-                contents: bytemuck::cast_slice(values),
-                usage,
-            }))
+        let device = &self.gpu.device;
+        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(what),
+            contents: bytemuck::cast_slice(values),
+            usage,
+        });
+        Ok(self.gpu.pool.lent(buffer))
     }
 
     /// Sets a buffer to zero.

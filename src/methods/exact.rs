@@ -20,9 +20,9 @@
 use super::prelude::*;
 use super::warps::{non_orthogonal, rectilinear};
 use crate::fits::boxes::fit_straight_boxes;
-use crate::gpu::passes::importance_map::{Factors, Importance};
 use crate::gpu::passes::light_grid::{GRID_TILE, LARGEST_RESOLUTION};
-use crate::gpu::passes::warp_map::CountFit;
+use crate::importance::{Factors, Importance};
+use crate::warp::CountFit;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Warp {
@@ -99,7 +99,7 @@ fn by_distance(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
     rectilinear(view, layer, CELLS, RTW_BLUR, |view, layer| {
         let factors = Factors {
             distance: true,
-            ..Factors::default()
+            ..Factors::NONE
         };
         view.importance_map(layer, CELLS, Importance::Maximum, factors, None)
     })
@@ -113,6 +113,6 @@ fn by_count(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
     };
     non_orthogonal(view, layer, [CELLS; 2], fit, |view, layer, along, warp| {
         let counted = Importance::Count { along, unit: 1.0 };
-        view.importance_map(layer, CELLS, counted, Factors::default(), Some(warp))
+        view.importance_map(layer, CELLS, counted, Factors::NONE, Some(warp))
     })
 }

@@ -7,12 +7,13 @@
 use super::fit::FITS;
 use super::prelude::*;
 use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value, chosen};
-use crate::gpu::passes::blend_importance::{OldImportance, blend_importance};
-use crate::gpu::passes::boundary::BoundaryWeights;
+use crate::gpu::passes::blend_importance::blend_importance;
 use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
-use crate::gpu::passes::shadow_edge::EdgeBias;
-use crate::gpu::passes::warp_map::{MAX_CELLS, WarpMap};
+use crate::gpu::passes::warp_map::WarpMap;
+use crate::gpu::pool::PooledBuffer;
 use crate::gpu::view::{Analysed, MapSettings};
+use crate::importance::{EdgeBias, Grid, OldImportance};
+use crate::warp::MAX_CELLS;
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -105,9 +106,9 @@ impl AnalysisParameters {
 pub struct Analysis<'a> {
     importance: Functions,
     given: &'a AnalysisParameters,
-    boundary: Option<BoundaryWeights>,
-    pixel_weights: Option<wgpu::Buffer>,
-    map_weights: Option<wgpu::Buffer>,
+    boundary: Option<Grid<PooledBuffer>>,
+    pixel_weights: Option<Grid<PooledBuffer>>,
+    map_weights: Option<Grid<PooledBuffer>>,
 }
 
 impl<'a> Analysis<'a> {
@@ -130,8 +131,14 @@ impl<'a> Analysis<'a> {
             );
         }
         let frame = view.frame();
-        let upload = |what, weights: &Option<Array>| {
-            let uploaded = weights.as_ref().map(|w| frame.constants(what, &w.values));
+        let upload = |what, weights: &Option<Array>| -> Result<_> {
+            let uploaded = weights.as_ref().map(|weights| {
+                Ok(Grid {
+                    values: frame.constants(what, &weights.values)?,
+                    columns: weights.columns as u32,
+                    rows: weights.rows as u32,
+                })
+            });
             uploaded.transpose()
         };
         let pixel_weights = upload("pixel weights", &given.pixel_weights)?;
@@ -262,19 +269,13 @@ impl<'a> Analysis<'a> {
     }
 
     pub fn factors<'b>(&'b self, analysed: Option<&'b Analysed>) -> Factors<'b> {
-        let edges = analysed.and_then(|analysed| analysed.edges.as_ref());
-        let map_weights = self
-            .map_weights
-            .as_ref()
-            .zip(self.given.map_weights.as_ref());
         Factors {
             distance: self.importance.distance,
             normal: self.importance.normal.then_some(self.given.normal_bonus),
-            shadow_edge: edges.map(|edges| (&**edges, self.given.analysis_resolution)),
+            shadow_edge: analysed.and_then(|analysed| analysed.edges.as_ref()),
             boundary: self.boundary.as_ref(),
             pixel_weights: self.pixel_weights.as_ref(),
-            map_weights: map_weights
-                .map(|(buffer, array)| (buffer, [array.columns as u32, array.rows as u32])),
+            map_weights: self.map_weights.as_ref(),
         }
     }
 }

@@ -23,9 +23,10 @@
 use super::importance::{Analysis, AnalysisParameters, Direction, Functions};
 use super::prelude::*;
 use super::warps::non_orthogonal;
-use crate::gpu::passes::importance_map::Importance;
 use crate::gpu::passes::rasterize::{Rasterization, max_bands};
-use crate::gpu::passes::warp_map::{Axis, CountFit, MAX_CELLS, WarpMap};
+use crate::gpu::passes::warp_map::WarpMap;
+use crate::importance::Importance;
+use crate::warp::{Axis, CountFit, MAX_CELLS};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
 const FUNCTION_COUNT: u32 = 16;

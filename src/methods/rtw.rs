@@ -15,7 +15,7 @@
 use super::importance::{Analysis, AnalysisParameters, DIRECTIONS, Direction, Functions};
 use super::prelude::*;
 use super::warps::rectilinear;
-use crate::gpu::passes::importance_map::Importance;
+use crate::importance::Importance;
 
 const FUNCTIONS: &[&str] = &[
     "desired_view",

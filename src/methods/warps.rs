@@ -3,8 +3,9 @@
 use crate::error::Result;
 use crate::fits::layer::Layer;
 use crate::gpu::passes::importance_map::ImportanceMap;
-use crate::gpu::passes::warp_map::{Axis, CountFit, WarpMap};
+use crate::gpu::passes::warp_map::WarpMap;
 use crate::gpu::view::{View, WarpedLayer};
+use crate::warp::{Axis, CountFit};
 
 /// One function for all rows and one for all columns, by the maxima of an importance map (Rosen); `blur` is a standard
 /// deviation in cells.
@@ -20,7 +21,7 @@ pub fn rectilinear(
     let importance = importance(view, &layer)?;
     let frame = view.frame();
     for axis in [Axis::X, Axis::Y] {
-        warp.fit_maxima(frame, axis, resolution, &importance.buffer, blur)?;
+        warp.fit_maxima(frame, axis, resolution, &importance.values, blur)?;
     }
     warp.finish(frame, resolution);
     Ok(WarpedLayer {
@@ -44,7 +45,7 @@ pub fn non_orthogonal(
     let mut importance = None;
     for axis in [Axis::X, Axis::Y] {
         let counts = counts(view, &layer, axis, &warp)?;
-        warp.fit_counts(view.frame(), axis, resolution, &counts.buffer, fit)?;
+        warp.fit_counts(view.frame(), axis, resolution, &counts.values, fit)?;
         importance.get_or_insert(counts);
     }
     warp.finish(view.frame(), resolution);

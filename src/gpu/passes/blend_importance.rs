@@ -6,21 +6,9 @@ use crate::error::Result;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
-use glam::{DMat3, DVec2};
+use crate::importance::OldImportance;
 
 pub const LABEL: &str = "blend importance";
-
-/// The importance map of the frame before.
-#[derive(Clone, Copy)]
-pub struct OldImportance<'a> {
-    pub values: &'a [f32],
-    pub columns: u32,
-    pub rows: u32,
-    /// Its sides from those of the new map, both from 0 to 1, homogeneous.
-    pub old_from_new: DMat3,
-    /// Its part of the blended map.
-    pub share: f64,
-}
 
 shader_struct! {
     pub struct BlendUniform is Blend in "blend_importance" {
@@ -43,11 +31,7 @@ pub fn blend_importance(
     old: OldImportance,
     warp: Option<&WarpMap>,
 ) -> Result<()> {
-    // Both maps in cells.
-    let sides = |columns: u32, rows: u32| DVec2::new(f64::from(columns), f64::from(rows));
-    let to_old = DMat3::from_scale(sides(old.columns, old.rows));
-    let from_new = DMat3::from_scale(sides(map.cells, map.cells).recip());
-    let matrix = to_old * old.old_from_new * from_new;
+    let matrix = old.old_from_new_cells(map.cells);
     let rows = matrix.transpose();
     let uniform = BlendUniform {
         old_from_new: [rows.x_axis, rows.y_axis, rows.z_axis]
@@ -63,12 +47,12 @@ pub fn blend_importance(
     let values = frame.constants("old importance", old.values)?;
     let groups = Groups::Grid(map.cells.div_ceil(64), map.cells);
     let kernel = Kernel::new("blend_importance").uniform(&frame.gpu, 0, &uniform);
-    let blend = kernel.clone().bind(2, &map.buffer);
+    let blend = kernel.clone().bind(2, &map.values);
     let dispatches = match (map.count_unit, warp) {
         (None, _) => vec![blend.entry("maximum").bind(1, &values)],
         (Some(_), None) => vec![blend.entry("count").bind(1, &values)],
         (Some(_), Some(_)) => {
-            let splat = kernel.entry("splat").bind(1, &values).bind(3, &map.buffer);
+            let splat = kernel.entry("splat").bind(1, &values).bind(3, &map.values);
             vec![blend.entry("fade"), splat.warp(warp)]
         }
     };

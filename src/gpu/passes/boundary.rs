@@ -5,27 +5,19 @@ use crate::error::Result;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
+use crate::importance::{BOUNDARY_BLOCK, Grid};
 
 pub const LABEL: &str = "boundary";
 
-/// Pixels along each side of a block, as in the shader.
-const BLOCK: u32 = 4;
-
-/// Weights by blocks of the image.
-pub struct BoundaryWeights {
-    pub weights: PooledBuffer,
-    pub columns: u32,
-}
-
-/// `weight` where a boundary is near, 1 elsewhere.
+/// Of each block of the image `weight` where a boundary is near, else 1.
 pub fn boundary(
     frame: &mut Recording,
     seen: Receivers,
     visibility: &wgpu::Buffer,
     weight: f64,
-) -> Result<BoundaryWeights> {
-    let columns = seen.camera.width.div_ceil(BLOCK);
-    let rows = seen.camera.height.div_ceil(BLOCK);
+) -> Result<Grid<PooledBuffer>> {
+    let columns = seen.camera.width.div_ceil(BOUNDARY_BLOCK);
+    let rows = seen.camera.height.div_ceil(BOUNDARY_BLOCK);
     let size = 4 * u64::from(columns) * u64::from(rows);
     let marks = frame.storage(LABEL, size)?;
     let weights = frame.storage("boundary weights", size)?;
@@ -47,5 +39,9 @@ pub fn boundary(
         LABEL,
         &[mark.dispatch(groups.clone()), weigh.dispatch(groups)],
     );
-    Ok(BoundaryWeights { weights, columns })
+    Ok(Grid {
+        values: weights,
+        columns,
+        rows,
+    })
 }

@@ -65,7 +65,9 @@ pub fn forward_importance(
         far: camera.far.min(f64::from(f32::MAX)) as f32,
         cells,
         normal_bonus: factors.normal.unwrap_or(0.0) as f32,
-        map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
+        map_weights: factors
+            .map_weights
+            .map_or([1; 2], |grid| [grid.columns, grid.rows]),
         padding: [0; 2],
     };
     let unused = frame.storage("unused weights", 4)?;
@@ -80,7 +82,7 @@ pub fn forward_importance(
     let groups = Groups::Grid(projection.width.div_ceil(64), projection.height);
     frame.pass(LABEL, &[kernel.dispatch(groups)]);
     Ok(ImportanceMap {
-        buffer: map,
+        values: map,
         cells,
         count_unit: None,
     })

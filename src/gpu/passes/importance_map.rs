@@ -1,42 +1,20 @@
 //! Pass "importance map": what the receivers make of each cell of the light's map.
 
-use super::boundary::BoundaryWeights;
 use super::inputs::Receivers;
-use super::warp_map::{Axis, WarpMap};
+use super::warp_map::WarpMap;
 use crate::error::Result;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
+use crate::importance::{self, Importance};
 use crate::projection::Projection;
+use crate::warp::Axis;
 
 pub const LABEL: &str = "importance map";
 
-/// What a cell is worth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Importance {
-    /// How much the receivers in it weigh, where a weight of one counts `unit`: in rows of cells along x,
-    /// or in columns of cells along y once the receivers went through the warp's functions along x.
-    Count { along: Axis, unit: f64 },
-    /// The greatest importance of a receiver in it.
-    Maximum,
-}
-
-/// The factors of a receiver's importance (Rosen, section 5); every receiver is in the desired view.
-#[derive(Clone, Copy, Default)]
-pub struct Factors<'a> {
-    /// One over the distance along the viewing direction (5.2).
-    pub distance: bool,
-    /// The surface normal (5.4), with its bonus beta.
-    pub normal: Option<f64>,
-    /// A factor for each texel of an image from the light (5.3), and its side.
-    pub shadow_edge: Option<(&'a wgpu::Buffer, u32)>,
-    pub boundary: Option<&'a BoundaryWeights>,
-    /// A factor for each pixel.
-    pub pixel_weights: Option<&'a wgpu::Buffer>,
-    /// A factor for each cell of a grid over the light's map, and its columns and rows.
-    pub map_weights: Option<(&'a wgpu::Buffer, [u32; 2])>,
-}
+pub type Factors<'a> = importance::Factors<'a, PooledBuffer>;
+pub type ImportanceMap = importance::ImportanceMap<PooledBuffer>;
 
 impl Kernel {
     /// Factors that light and camera both see; `unused` stands for one that is not there.
@@ -45,25 +23,8 @@ impl Kernel {
             .constant("uses_normal", factors.normal.is_some())
             .constant("uses_shadow_edge", factors.shadow_edge.is_some())
             .constant("uses_map_weights", factors.map_weights.is_some())
-            .bind(4, factors.map_weights.map_or(unused, |(b, _)| b))
-            .bind(6, factors.shadow_edge.map_or(unused, |(b, _)| b))
-    }
-}
-
-/// An importance map on the device, `cells` along each side.
-pub struct ImportanceMap {
-    pub buffer: PooledBuffer,
-    pub cells: u32,
-    /// What a weight of one counts where a cell holds a count; else it holds the bits of a float32.
-    pub count_unit: Option<f64>,
-}
-
-impl ImportanceMap {
-    pub fn value_from_bits(&self, bits: u32) -> f32 {
-        match self.count_unit {
-            Some(unit) => (f64::from(bits) / unit) as f32,
-            None => f32::from_bits(bits),
-        }
+            .bind(4, factors.map_weights.map_or(unused, |grid| &grid.values))
+            .bind(6, factors.shadow_edge.map_or(unused, |grid| &grid.values))
     }
 }
 
@@ -96,23 +57,26 @@ pub fn importance_map(
     let uniform = ImportanceUniform {
         cells,
         along_y: u32::from(along == Axis::Y),
-        map_weights: factors.map_weights.map_or([1; 2], |(_, size)| size),
+        map_weights: factors
+            .map_weights
+            .map_or([1; 2], |grid| [grid.columns, grid.rows]),
         normal_bonus: factors.normal.unwrap_or(0.0) as f32,
-        shadow_edges: factors.shadow_edge.map_or(1, |(_, side)| side),
-        blocks: factors.boundary.map_or(1, |boundary| boundary.columns),
+        shadow_edges: factors.shadow_edge.map_or(1, |grid| grid.columns),
+        blocks: factors.boundary.map_or(1, |grid| grid.columns),
         unit: count_unit.unwrap_or(1.0) as f32,
     };
     let map = frame.storage(LABEL, 4 * u64::from(cells).pow(2))?;
     frame.clear(&map);
     let rows = frame.gpu.work_per_invocation(1, 32);
     let unused = frame.storage("unused weights", 4)?;
-    let boundary = factors.boundary.map_or(&*unused, |b| &*b.weights);
+    let boundary = factors.boundary.map_or(&unused, |grid| &grid.values);
+    let pixels = factors.pixel_weights.map_or(&unused, |grid| &grid.values);
     let kernel = Kernel::new("importance_map")
         .constant("counts", count_unit.is_some())
         .projection(&frame.gpu, 0, projection, seen.scene.origin)
         .uniform(&frame.gpu, 1, &uniform)
         .bind(2, &map)
-        .bind(3, factors.pixel_weights.unwrap_or(&unused))
+        .bind(3, pixels)
         .bind(7, boundary)
         .constant("uses_boundary", factors.boundary.is_some())
         .constant("uses_pixel_weights", factors.pixel_weights.is_some())
@@ -122,7 +86,7 @@ pub fn importance_map(
         .warp(warp);
     frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
     Ok(ImportanceMap {
-        buffer: map,
+        values: map,
         cells,
         count_unit,
     })

@@ -7,6 +7,7 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
+use crate::importance::{EdgeBias, Grid};
 use crate::projection::Projection;
 
 pub const LABEL: &str = "shadow edge";
@@ -19,15 +20,6 @@ shader_struct! {
     }
 }
 
-/// By how much the depths of neighbours differ at an edge.
-#[derive(Debug, Clone, Copy)]
-pub enum EdgeBias {
-    /// World units.
-    Constant(f64),
-    /// Widths of a texel.
-    Texels(f64),
-}
-
 /// The factor of each texel of an image of depths and triangles: 1 where its depth differs from a
 /// neighbour's by more than the bias, else `floor`.
 pub fn shadow_edge(
@@ -37,12 +29,9 @@ pub fn shadow_edge(
     texels: &wgpu::Buffer,
     bias: EdgeBias,
     floor: f64,
-) -> Result<PooledBuffer> {
+) -> Result<Grid<PooledBuffer>> {
     let edges = frame.storage(LABEL, 4 * projection.texel_count() as u64)?;
-    let (constant, beam) = match bias {
-        EdgeBias::Constant(length) => (length * projection.unit(), 0.0),
-        EdgeBias::Texels(count) => (0.0, count * projection.kind.beam_width(projection)),
-    };
+    let [constant, beam] = bias.depths(projection);
     let uniform = ShadowEdgeUniform {
         constant_bias: constant as f32,
         beam_bias: beam as f32,
@@ -56,5 +45,9 @@ pub fn shadow_edge(
         .bind(5, texels);
     let groups = Groups::Grid(projection.width.div_ceil(64), projection.height);
     frame.pass(LABEL, &[kernel.dispatch(groups)]);
-    Ok(edges)
+    Ok(Grid {
+        values: edges,
+        columns: projection.width,
+        rows: projection.height,
+    })
 }

@@ -5,14 +5,12 @@ use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
+use crate::warp::{self, Axis, CountFit, MAX_CELLS};
 
 pub const LABEL: &str = "warp map";
 
 /// Functions that share an envelope, as in the shaders.
 const BLOCK: u32 = 16;
-
-/// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations.
-pub const MAX_CELLS: u32 = 16384;
 
 /// A warp by functions along rows and columns, see `shaders/warp/grid.wgsl`.
 pub struct WarpMap {
@@ -34,23 +32,6 @@ shader_struct! {
         least: [u32; 2],
         greatest: [u32; 2],
     }
-}
-
-/// How functions follow from counts of receivers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CountFit {
-    /// Standard deviation, in rows of counts, of about a Gaussian among them.
-    pub smoothing: f64,
-    /// The power of a count that a cell is worth.
-    pub exponent: f64,
-    /// Part of the map, in [0, 1], that is shared out evenly.
-    pub even_share: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    X,
-    Y,
 }
 
 shader_struct! {
@@ -146,10 +127,7 @@ impl WarpMap {
         counts: &wgpu::Buffer,
         fit: CountFit,
     ) -> Result<()> {
-        let sigma = fit.smoothing;
-        // Two windows of 2 h + 1 have the variance ((2 h + 1)^2 - 1) / 6.
-        let window = (((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as u32;
-        let window = window.min(self.layout.cells[1 - axis as usize]);
+        let window = fit.window(self.layout.cells[1 - axis as usize]);
         let uniform = AxisUniform {
             exponent: fit.exponent as f32,
             even_share: fit.even_share as f32,
@@ -196,8 +174,7 @@ impl WarpMap {
         sigma: f64,
     ) -> Result<()> {
         let cells = self.layout.cells[axis as usize];
-        // No blur is a narrow one, and none is wider than the map.
-        let sigma = sigma.clamp(1e-3, f64::from(cells));
+        let sigma = warp::blur_within(cells, sigma);
         let uniform = self.axis(axis, resolution, 0, sigma);
         let collapsed = frame.storage("maxima", 4 * u64::from(cells))?;
         let blurred = frame.storage("blurred maxima", 4 * u64::from(cells))?;

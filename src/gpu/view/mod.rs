@@ -10,20 +10,20 @@ use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::SampledReceivers;
 use crate::gpu::facts::FactsOfPasses;
 use crate::gpu::passes::bias::BiasRule;
-use crate::gpu::passes::boundary::{self, BoundaryWeights};
+use crate::gpu::passes::boundary;
 use crate::gpu::passes::image_tiles::{self, InitialImage};
-use crate::gpu::passes::importance_map::{self, Factors, Importance, ImportanceMap};
+use crate::gpu::passes::importance_map::{self, Factors, ImportanceMap};
 use crate::gpu::passes::inputs::{ImageTiles, Receivers};
 use crate::gpu::passes::lookup::Comparison;
 use crate::gpu::passes::outline;
 use crate::gpu::passes::rasterize::{RasterJob, Rasterization};
 use crate::gpu::passes::receivers::{self, Bounds};
-use crate::gpu::passes::shadow_edge::EdgeBias;
 use crate::gpu::passes::warp_map::WarpMap;
 use crate::gpu::passes::{forward_importance, samples, shadow_edge, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{ReadResults, Recording, Source};
 use crate::gpu::unsure::{UnsureRead, UnsureTests};
+use crate::importance::{EdgeBias, Grid, Importance};
 use crate::light::Light;
 use crate::region::Region;
 use crate::scene::Scene;
@@ -61,7 +61,7 @@ pub struct ReceiverCounts {
 pub struct Analysed {
     pub layer: Layer,
     texels: PooledBuffer,
-    pub edges: Option<PooledBuffer>,
+    pub edges: Option<Grid<PooledBuffer>>,
 }
 
 /// A layer and its warp, before it has texels.
@@ -286,7 +286,11 @@ impl<'a> View<'a> {
     }
 
     /// Weights of the receivers near the boundaries of shadows.
-    pub fn boundary(&mut self, visibility: &wgpu::Buffer, weight: f64) -> Result<BoundaryWeights> {
+    pub fn boundary(
+        &mut self,
+        visibility: &wgpu::Buffer,
+        weight: f64,
+    ) -> Result<Grid<PooledBuffer>> {
         boundary::boundary(&mut self.frame, self.seen, visibility, weight)
     }
 
