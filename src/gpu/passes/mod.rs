@@ -24,6 +24,8 @@ pub mod shadow_map;
 pub mod shadow_rays;
 pub mod shadow_volumes;
 pub mod tessellate;
+#[cfg(test)]
+mod twins;
 pub mod visibility;
 pub mod warp_map;
 pub mod work_items;
