@@ -1,18 +1,18 @@
 //! How coarse a shadow map is where the camera looks, in float64: measures that need no reference.
 
 use crate::camera::Camera;
-use crate::fits::layer::Layer;
-use crate::fits::receivers::Setting;
-use crate::fits::uniform::fit_uniform;
 use crate::light::Light;
 use crate::projection::Projection;
+use crate::region::Region;
 use crate::warp::Warp;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Where a layer took the light's rays.
 pub struct RenderedLayer {
-    pub fitted: Layer,
+    pub projection: Projection,
+    /// Of the receivers that it is for.
+    pub region: Region,
     /// None where it has none, or it was not asked for.
     pub warp: Option<Warp>,
 }
@@ -32,18 +32,18 @@ pub fn aliasing_error(
 ) -> Vec<f32> {
     let image = Projection::from_camera(camera);
     let image_steps = image.steps();
-    let steps: Vec<_> = layers.iter().map(|l| l.fitted.projection.steps()).collect();
+    let steps: Vec<_> = layers.iter().map(|l| l.projection.steps()).collect();
     positions
         .par_iter()
         .zip(normals)
         .map(|(position, normal)| {
             let point = DVec3::from(*position);
             let own = layers.iter().zip(&steps);
-            let mut own = own.filter(|(layer, _)| layer.fitted.region.contains(point));
+            let mut own = own.filter(|(layer, _)| layer.region.contains(point));
             let Some((layer, steps)) = own.next().filter(|_| !point.is_nan()) else {
                 return f32::NAN;
             };
-            let map = &layer.fitted.projection;
+            let map = &layer.projection;
             let normal = DVec3::from(normal.map(f64::from));
             let to_light = light.vector_from_point(point).normalize();
             let to_eye = (camera.eye - point).normalize();
@@ -85,9 +85,7 @@ pub fn largest_aliasing_error(camera: &Camera, layers: &[RenderedLayer], depths:
         let (eye, ray) = image.ray_from_texel(size * DVec2::new(share(column), share(row)));
         let point = eye + ray * depth;
         let width_of_pixel = image.kind.texel_area(&image, &image_steps, point).sqrt();
-        let mut own = layers
-            .iter()
-            .filter(|layer| layer.fitted.region.contains(point));
+        let mut own = layers.iter().filter(|layer| layer.region.contains(point));
         let sides = own.next().and_then(|layer| sides_of_texel(layer, point));
         sides.map_or(f64::NAN, |sides| sides.max_element() / width_of_pixel)
     });
@@ -96,7 +94,7 @@ pub fn largest_aliasing_error(camera: &Camera, layers: &[RenderedLayer], depths:
 
 /// Lengths of the sides of the texel that a point falls in, across its beam; `None` off the map.
 fn sides_of_texel(layer: &RenderedLayer, point: DVec3) -> Option<DVec2> {
-    let map = &layer.fitted.projection;
+    let map = &layer.projection;
     let there = map.texel_from_point(point);
     let (texel, depth) = (there.truncate(), there.z);
     let size = DVec2::new(f64::from(map.width), f64::from(map.height));
@@ -123,24 +121,31 @@ const STEP: f64 = 1e-3;
 
 /// Rosen's maximum effective resolution, (width, height): the size that a uniform map would need to match
 /// the smallest texel of this one (Rosen, "Rectilinear texture warping", 2012, section 6): over the
-/// casters' box for parallel rays and for a light far away, over a face of a cube around the light for others. The
-/// greatest of the layers; NaN where none is there.
-pub fn max_effective_resolution(setting: Setting, layers: &[RenderedLayer]) -> DVec2 {
+/// casters' box, of which `one_texel` is the map, for parallel rays and for a light far away, over a face of a cube
+/// around the light for others. The greatest of the layers; NaN where none is there.
+pub fn max_effective_resolution(
+    one_texel: impl Fn() -> Projection,
+    layers: &[RenderedLayer],
+) -> DVec2 {
     let resolutions = layers.iter().map(|layer| {
-        let Layer { projection, region } = &layer.fitted;
+        let RenderedLayer {
+            projection,
+            region,
+            warp,
+        } = layer;
         let lengths = projection.kind.smallest_texel(projection, region);
         let resolution = match projection.kind.is_central() {
             // Two units wide at a depth of 1.
             true => 2.0 / lengths,
             false => {
-                // One texel is the box, as wide as at the other map's origin.
-                let uniform = fit_uniform(setting, 1);
+                // As wide as at the other map's origin.
+                let uniform = one_texel();
                 let depth = uniform.projected_from_point(projection.origin).z;
                 let width = 1.0 + uniform.kind.convergence() * depth;
                 uniform.kind.smallest_texel(&uniform, region) * width / lengths
             }
         };
-        resolution * layer.warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)
+        resolution * warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)
     });
     let greatest = resolutions.reduce(DVec2::max);
     greatest.unwrap_or(DVec2::NAN)

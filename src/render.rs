@@ -7,6 +7,7 @@ use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::fits::receivers::Setting;
+use crate::fits::uniform::fit_uniform;
 use crate::gpu::facts::Fact;
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::warp_map::Layout;
@@ -144,8 +145,9 @@ impl Rendered {
             camera,
             light,
         };
+        let one_texel = || fit_uniform(setting, 1);
         self.max_effective_resolution = asks(Output::MaxEffectiveResolution)
-            .map(|()| aliasing::max_effective_resolution(setting, layers));
+            .map(|()| aliasing::max_effective_resolution(one_texel, layers));
     }
 }
 
@@ -511,8 +513,12 @@ impl LayerReads {
             }),
             None => None,
         };
-        let fitted = self.fitted;
-        rendered.layers.push(RenderedLayer { fitted, warp });
+        let Layer { projection, region } = self.fitted;
+        rendered.layers.push(RenderedLayer {
+            projection,
+            region,
+            warp,
+        });
         Ok(())
     }
 }

@@ -2,7 +2,8 @@
 
 use super::device::Gpu;
 use super::pool::PooledBuffer;
-use super::shaders::Shader;
+use super::projection_uniform::ProjectionUniform;
+use super::shaders::{Shader, file_of};
 use crate::projection::Projection;
 use bytemuck::Pod;
 use glam::DVec3;
@@ -105,13 +106,13 @@ impl Kernel {
 
     /// Fills the slot and binds its uniform; `origin` is that of the scene's tables.
     pub fn projection(self, gpu: &Gpu, index: u32, projection: &Projection, origin: DVec3) -> Self {
-        self.uniform(gpu, index, &projection.uniform(origin))
+        self.uniform(gpu, index, &ProjectionUniform::new(projection, origin))
             .projected(projection)
     }
 
     /// Fills the slot.
     pub fn projected(self, projection: &Projection) -> Self {
-        self.fill(projection.shader())
+        self.fill(file_of("projection", projection.kind.name()))
             .constant("converges", projection.kind.convergence() > 0.0)
     }
 

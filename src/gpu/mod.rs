@@ -8,6 +8,7 @@ mod gathering;
 pub mod kernel;
 pub mod passes;
 pub mod pool;
+pub mod projection_uniform;
 pub mod recording;
 pub mod scene_tables;
 pub mod shader_struct;

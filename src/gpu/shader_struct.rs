@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn structs_are_laid_out_as_the_shaders_lay_them_out() {
         let checks = [
-            check::<crate::projection::ProjectionUniform>,
+            check::<crate::gpu::projection_uniform::ProjectionUniform>,
             check::<blend_importance::BlendUniform>,
             check::<forward_importance::ForwardUniform>,
             check::<importance_map::ImportanceUniform>,

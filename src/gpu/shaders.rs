@@ -147,6 +147,13 @@ fn is_in(file: &str, folder: &str) -> bool {
     file.rsplit_once('/').map_or("", |(folder, _)| folder) == folder
 }
 
+/// The file of that name in a folder.
+pub fn file_of(folder: &str, name: &str) -> &'static str {
+    let mut files = FILES.iter().map(|(file, _)| *file);
+    let found = files.find(|file| file.rsplit_once('/') == Some((folder, name)));
+    found.unwrap_or_else(|| panic!("no shader file {name} in {folder}"))
+}
+
 fn text_of(name: &str) -> &'static str {
     let file = FILES.iter().find(|(file, _)| *file == name);
     file.unwrap_or_else(|| panic!("no shader file {name}")).1

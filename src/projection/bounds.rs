@@ -1,7 +1,8 @@
 //! Bounds that the shaders compute for triangles and boxes of texels, against points of them in float64.
 
 use super::{Homography, Kind, Paraboloid, Parallel, Perspective, Projection};
-use crate::gpu::shaders::Shader;
+use crate::gpu::projection_uniform::ProjectionUniform;
+use crate::gpu::shaders::{Shader, file_of};
 use crate::lanes::{V2, V3};
 use crate::twin::{Random, run_on_device};
 use glam::{DMat3, DVec2, DVec3};
@@ -140,7 +141,7 @@ fn v3(values: &[f32], i: usize) -> V3<f64> {
 
 fn case(kind: usize, random: &mut Random) -> (Kind, [f32; INPUTS]) {
     let projection = projection(kind, random);
-    let uniform = projection.uniform(DVec3::ZERO);
+    let uniform = ProjectionUniform::new(&projection, DVec3::ZERO);
     let corners = triangle(&projection.kind, random);
     let reach = 0.01 + [0.5, 8.0, 100.0][random.below(3)] * random.share();
     let mut middle = || (SIDE - reach) * (random.share() - 0.5);
@@ -303,7 +304,7 @@ fn bounds_of_triangles_and_of_boxes_hold_their_points() {
         let mut random = Random(1);
         let cases: Vec<_> = (0..5_000).map(|_| case(kind, &mut random)).collect();
         let inputs: Vec<_> = cases.iter().map(|case| case.1).collect();
-        let source = Shader::new(cases[0].0.shader()).compose() + WGSL;
+        let source = Shader::new(file_of("projection", cases[0].0.name())).compose() + WGSL;
         let found = run_on_device(&source, &inputs, &[], OUTPUTS);
         for ((kind, case), found) in cases.iter().zip(found.chunks_exact(OUTPUTS)) {
             assert_corner_is_placed(kind, case, found);

@@ -3,7 +3,7 @@
 //! light that is far away. With H the homography and k the convergence, homogeneous texel = H (q.x, q.y, 1 + k q.z) and
 //! depth = q.z; twin of `shaders/projection/homography.wgsl`, which argues for it.
 
-use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform, area_across};
+use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, area_across};
 use crate::lanes::{Lane, V2, V3};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
@@ -201,7 +201,7 @@ impl Homography {
 
     /// The least w of a map of that size around the axis, a little less: nothing nearer to the horizon
     /// is in the map.
-    fn least_w(&self, half: DVec2) -> f64 {
+    fn least_w_of_places(&self, half: DVec2) -> f64 {
         let last = DVec3::from(self.place_from_texel[2]);
         let inverses = corners(half).map(|corner| last.dot(corner.extend(1.0)));
         0.999
@@ -218,8 +218,8 @@ fn corners(half: DVec2) -> [DVec2; 4] {
 }
 
 impl ProjectionKind for Homography {
-    fn shader(&self) -> &'static str {
-        "projection/homography"
+    fn name(&self) -> &'static str {
+        "homography"
     }
 
     fn matrices(&self) -> Option<[DMat3; 2]> {
@@ -274,18 +274,10 @@ impl ProjectionKind for Homography {
         self.reach
     }
 
-    fn fill(&self, uniform: &mut ProjectionUniform, projection: &Projection) {
-        let [to_world, from_world] = [projection.unit().recip(), projection.unit()];
-        let scaled = |k: f64| DMat3::from_diagonal(DVec3::new(k, k, 1.0));
-        let padded = |matrix: DMat3| {
-            rows(matrix).map(|row| DVec3::from(row).as_vec3().extend(0.0).to_array())
-        };
-        uniform.texel_from_place = padded(matrix(&self.texel_from_place) * scaled(to_world));
-        uniform.place_from_texel = padded(scaled(from_world) * matrix(&self.place_from_texel));
-        // Homogeneous texels are as many times as large as the rays are wide.
+    // Homogeneous texels are as many times as large as the rays are wide.
+    fn least_w(&self, projection: &Projection) -> f64 {
         let narrowest = self.width_at(projection.near).min(1.0);
-        uniform.least_w = (self.least_w(projection.centre) * narrowest) as f32;
-        uniform.convergence = (self.convergence * to_world) as f32;
+        self.least_w_of_places(projection.centre) * narrowest
     }
 }
 
@@ -298,7 +290,7 @@ mod tests {
         let matrix = DMat3::from_cols_array(&[1.1, 0.1, 0.002, -0.2, 0.9, -0.004, 3.0, 1.0, 1.2]);
         let homography = Homography::new(matrix, 100.0);
         let half = DVec2::new(17.0, 9.5);
-        let least = homography.least_w(half);
+        let least = homography.least_w_of_places(half);
         let mut nearest = f64::INFINITY;
         for i in 0..=20 {
             for j in 0..=20 {

@@ -18,10 +18,8 @@ pub use parallel::Parallel;
 pub use perspective::Perspective;
 
 use crate::camera::Camera;
-use crate::gpu::shader_struct::shader_struct;
 use crate::lanes::{Lane, V2, V3};
 use crate::region::Region;
-use crate::rounding::double_single;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::ops::Deref;
 
@@ -97,8 +95,8 @@ pub trait Formulas<L: Lane> {
 
 /// What else there is to know of a kind, in float64.
 pub trait ProjectionKind: Formulas<f64> {
-    /// The file that fills the shaders' slot `projection`.
-    fn shader(&self) -> &'static str;
+    /// That of the file here and of its twin.
+    fn name(&self) -> &'static str;
 
     /// Whether a triangle's edges are lines in the map, those of `line_of_edge` in the shaders.
     fn has_straight_edges(&self) -> bool {
@@ -164,8 +162,10 @@ pub trait ProjectionKind: Formulas<f64> {
         }
     }
 
-    /// The kind's own part of what the shaders get.
-    fn fill(&self, _uniform: &mut ProjectionUniform, _projection: &Projection) {}
+    /// No homogeneous texel in the map has a smaller w: nothing in it is nearer to the horizon.
+    fn least_w(&self, _: &Projection) -> f64 {
+        0.0
+    }
 }
 
 /// A texel far outside of every map: of a point that has none.
@@ -198,31 +198,6 @@ pub struct Projection {
     pub far: f64,
     /// Whether depth is stored as 0 at `near` to 1 at `far`, or as it is.
     pub normalizes_depth: bool,
-}
-
-shader_struct! {
-    pub struct ProjectionUniform is Projection in "lib/projection" {
-        origin_high: [f32; 3],
-        depth_offset: f32,
-        origin_low: [f32; 3],
-        depth_scale: f32,
-        x_axis: [f32; 3],
-        z_min: f32,
-        y_axis: [f32; 3],
-        z_max: f32,
-        z_axis: [f32; 3],
-        least_w: f32,
-        centre: [f32; 2],
-        size: [u32; 2],
-        scale: [f32; 2],
-        convergence: f32,
-        padding: u32,
-        step_x: [f32; 4],
-        step_y: [f32; 4],
-        step_z: [f32; 4],
-        texel_from_place: [[f32; 4]; 3],
-        place_from_texel: [[f32; 4]; 3],
-    }
 }
 
 impl Projection {
@@ -267,11 +242,6 @@ impl Projection {
             height: resolution,
             ..self.clone()
         }
-    }
-
-    /// The file that fills the shaders' slot `projection`.
-    pub fn shader(&self) -> &'static str {
-        self.kind.shader()
     }
 
     pub fn texel_count(&self) -> usize {
@@ -356,7 +326,7 @@ impl Projection {
     }
 
     /// (offset, scale) such that stored depth = (z - offset) * scale.
-    fn depth_from_z(&self) -> (f64, f64) {
+    pub fn depth_from_z(&self) -> (f64, f64) {
         if self.normalizes_depth {
             (self.near, 1.0 / (self.far - self.near))
         } else {
@@ -369,44 +339,10 @@ impl Projection {
         (self.far - offset) * scale
     }
 
-    /// What the shaders' projection space is scaled by: products of three of its coordinates must
-    /// stay within float32, whatever the world's unit of length. A power of two, which rounds nothing.
+    /// What projection space is scaled by for float32: products of three of its coordinates must stay within it, whatever the world's unit of length. A power of two, which rounds nothing.
     pub fn unit(&self) -> f64 {
         let length = self.kind.greatest_coordinate(self);
         (-length.log2().round()).clamp(-100.0, 100.0).exp2()
-    }
-
-    /// For the shaders; positions there are relative to `scene_origin`.
-    pub fn uniform(&self, scene_origin: DVec3) -> ProjectionUniform {
-        let (origin_high, origin_low) = double_single(self.origin - scene_origin);
-        let (depth_offset, depth_scale) = self.depth_from_z();
-        let unit = self.unit();
-        let steps = self.steps() * unit.recip();
-        let padded = |v: DVec3| v.as_vec3().extend(0.0).to_array();
-        let mut uniform = ProjectionUniform {
-            origin_high: origin_high.to_array(),
-            depth_offset: (depth_offset * unit) as f32,
-            origin_low: origin_low.to_array(),
-            depth_scale: (depth_scale / unit) as f32,
-            x_axis: (self.x_axis * unit).as_vec3().to_array(),
-            z_min: (self.near * unit) as f32,
-            y_axis: (self.y_axis * unit).as_vec3().to_array(),
-            z_max: (self.far * unit).min(f64::from(f32::MAX)) as f32,
-            z_axis: (self.z_axis * unit).as_vec3().to_array(),
-            least_w: 0.0,
-            centre: self.centre.as_vec2().to_array(),
-            size: [self.width, self.height],
-            scale: [1.0; 2],
-            convergence: 0.0,
-            padding: 0,
-            step_x: padded(steps.x_axis),
-            step_y: padded(steps.y_axis),
-            step_z: padded(steps.z_axis),
-            texel_from_place: [[0.0; 4]; 3],
-            place_from_texel: [[0.0; 4]; 3],
-        };
-        self.kind.fill(&mut uniform, self);
-        uniform
     }
 }
 

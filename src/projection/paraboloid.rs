@@ -2,7 +2,7 @@
 //! around the light reflects them. With d the direction of a point, texel = scale d.xy / (1 + d.z) and depth =
 //! distance; twin of `shaders/projection/paraboloid.wgsl`, which cites it.
 
-use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, ProjectionUniform};
+use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind};
 use crate::lanes::{Lane, V2, V3};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
@@ -132,8 +132,8 @@ impl Paraboloid {
 }
 
 impl ProjectionKind for Paraboloid {
-    fn shader(&self) -> &'static str {
-        "projection/paraboloid"
+    fn name(&self) -> &'static str {
+        "paraboloid"
     }
 
     fn has_straight_edges(&self) -> bool {
@@ -186,9 +186,5 @@ impl ProjectionKind for Paraboloid {
         });
         let farthest = squares.into_iter().fold(0.0, f64::max);
         self.plane_scale().recip() * (2.0 / (1.0 + farthest))
-    }
-
-    fn fill(&self, uniform: &mut ProjectionUniform, _: &Projection) {
-        uniform.scale = DVec2::from(self.scale).as_vec2().to_array();
     }
 }

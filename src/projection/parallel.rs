@@ -80,8 +80,8 @@ impl<L: Lane> Formulas<L> for Parallel {
 }
 
 impl ProjectionKind for Parallel {
-    fn shader(&self) -> &'static str {
-        "projection/parallel"
+    fn name(&self) -> &'static str {
+        "parallel"
     }
 
     fn stretched(&self, k: DVec2) -> (Kind, DVec2) {

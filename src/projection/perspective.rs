@@ -79,8 +79,8 @@ impl<L: Lane> Formulas<L> for Perspective {
 }
 
 impl ProjectionKind for Perspective {
-    fn shader(&self) -> &'static str {
-        "projection/perspective"
+    fn name(&self) -> &'static str {
+        "perspective"
     }
 
     fn is_central(&self) -> bool {

@@ -1,7 +1,7 @@
 //! Every kind's shader against its formulas.
 
 use super::{Formulas, Homography, Kind, Paraboloid, Parallel, Perspective};
-use crate::gpu::shaders::Shader;
+use crate::gpu::shaders::{Shader, file_of};
 use crate::lanes::{Lane, V2, V3};
 use crate::twin::{Random, Twin, assert_twins};
 use glam::DMat3;
@@ -152,7 +152,7 @@ fn shaders_of_projections_compute_what_rust_does() {
     for kind in kinds {
         let mut random = Random(1);
         let cases: Vec<_> = (0..20_000).map(|_| case(&mut random)).collect();
-        let source = Shader::new(kind.shader()).compose() + WGSL;
+        let source = Shader::new(file_of("projection", kind.name())).compose() + WGSL;
         assert_twins(&source, &kind, &cases, &[]);
     }
 }

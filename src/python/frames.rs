@@ -4,7 +4,6 @@ use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
-use crate::fits::layer::Layer;
 use crate::gpu::view::Stats;
 use crate::light::Light;
 use crate::render::{
@@ -75,13 +74,13 @@ fn to_python(
     let layers = &frame.layers;
     // Every layer has the size of the first.
     let (height, width) = layers.first().map_or((0, 0), |layer| {
-        let map = &layer.fitted.projection;
+        let map = &layer.projection;
         (map.height as usize, map.width as usize)
     });
     let size = (layers.len(), height, width);
     let light_matrix = asks(Output::LightMatrix).map(|()| {
         let matrices = layers.iter().flat_map(|layer| {
-            let texel_from_world = layer.fitted.projection.texel_from_world();
+            let texel_from_world = layer.projection.texel_from_world();
             texel_from_world.transpose().to_cols_array()
         });
         array(py, (layers.len(), 4, 4), matrices.collect())
@@ -120,10 +119,11 @@ fn to_python(
 
 /// What else than its matrix takes a point to its place in a layer's map.
 fn projection_to_python(py: Python, layer: &RenderedLayer) -> PyResult<Py<PyDict>> {
-    let Layer { projection, region } = &layer.fitted;
-    let file = projection.shader();
+    let RenderedLayer {
+        projection, region, ..
+    } = layer;
     let result = PyDict::new(py);
-    result.set_item("kind", file.rsplit('/').next())?;
+    result.set_item("kind", projection.kind.name())?;
     result.set_item("scale", projection.kind.plane_scale().to_array())?;
     result.set_item("centre", projection.centre.to_array())?;
     let half_spaces = region.half_spaces().iter();

@@ -9,10 +9,11 @@ use crate::gpu::device::Gpu;
 use crate::gpu::facts::Fact;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::projection_uniform::ProjectionUniform;
 use crate::gpu::recording::{Counted, Recording};
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
-use crate::projection::{Projection, ProjectionUniform};
+use crate::projection::Projection;
 
 /// What a texel keeps of the nearest triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,13 +131,8 @@ impl<'a> Drawing<'a> {
             true => "rasterize_bands",
             false => "rasterize",
         };
-        let (projection, origin) = (self.job.projection, scene.origin);
         let kernel = Kernel::new(file)
-            .uniform(
-                &frame.gpu,
-                0,
-                &self.uniform(projection.uniform(origin), scene),
-            )
+            .uniform(&frame.gpu, 0, &self.uniform(scene))
             .constant("culls_by_depth", frame.culls)
             .constant("has_receiver_tiles", self.job.receiver_tiles.is_some())
             .fill(match self.job.target {
@@ -147,14 +143,14 @@ impl<'a> Drawing<'a> {
         let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
         match &self.pieces {
             None => kernel
-                .projected(projection)
+                .projected(self.job.projection)
                 .constant("culls_hidden", culls_hidden)
                 .triangles(scene),
             Some(pieces) => kernel.fill("caster/pieces").bind(1, pieces),
         }
     }
 
-    fn uniform(&self, uniform: ProjectionUniform, scene: &SceneTables) -> RasterizationUniform {
+    fn uniform(&self, scene: &SceneTables) -> RasterizationUniform {
         let projection = self.job.projection;
         let tile_bits = tile_bits(projection.width, projection.height);
         // A band that there is not stands for a whole triangle.
@@ -168,7 +164,7 @@ impl<'a> Drawing<'a> {
         // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
         let coarse_side = projection.width.max(projection.height).div_ceil(64);
         RasterizationUniform {
-            projection: uniform,
+            projection: ProjectionUniform::new(projection, scene.origin),
             triangle_count: scene.triangle_count,
             coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
             tile_bits,

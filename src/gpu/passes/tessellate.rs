@@ -7,10 +7,11 @@ use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
+use crate::gpu::projection_uniform::ProjectionUniform;
 use crate::gpu::recording::Recording;
 use crate::gpu::scene_tables::{Room, SceneTables};
 use crate::gpu::shader_struct::shader_struct;
-use crate::projection::{Projection, ProjectionUniform};
+use crate::projection::Projection;
 use crate::rounding::FUNCTION_ROUNDING;
 use std::sync::atomic::Ordering;
 
@@ -57,7 +58,7 @@ pub fn tessellate(
     let side = f64::from(projection.width.min(projection.height));
     let rounding = FUNCTION_ROUNDING * (1.0 + projection.centre.abs().max_element() / side);
     let job = TessellationUniform {
-        projection: projection.uniform(scene.origin),
+        projection: ProjectionUniform::new(projection, scene.origin),
         triangle_count: scene.triangle_count,
         longest_edge: longest_edge.map_or(f32::MAX, |share| share.max(rounding) as f32),
         rounding: rounding as f32,
