@@ -8,6 +8,9 @@ use std::sync::{Arc, OnceLock};
 /// Names the device where the caller does not.
 const VARIABLE: &str = "LIXEL_DEVICE";
 
+/// What the name of a device must be.
+pub const DEVICE_RULE: &str = "device must be 'cpu', 'gpu' or a part of the name of an adapter";
+
 #[derive(Clone)]
 pub enum Engine {
     Cpu,
@@ -46,11 +49,13 @@ impl Engine {
                 is_missing(method)
             ))),
             "gpu" => Ok(Self::Gpu(gpu::gpu("")?)),
-            "" => Err(Error::Value(
-                "device must be 'cpu', 'gpu' or a part of the name of an adapter, got ''"
-                    .to_string(),
-            )),
-            name => Ok(Self::Gpu(gpu::gpu(name)?)),
+            "" => Err(Error::Value(format!("{DEVICE_RULE}, got ''"))),
+            name => match gpu::gpu(name) {
+                Err(Error::Value(reason)) => Err(Error::Value(format!(
+                    "{DEVICE_RULE}, got '{name}': {reason}"
+                ))),
+                outcome => outcome.map(Self::Gpu),
+            },
         }
     }
 

@@ -338,7 +338,7 @@ def test_without_any_driver_exact_renders():
     assert "method 'uniform' has no form on the CPU engine yet, and no GPU" in of_uniform
     assert "install a Vulkan driver" in of_uniform
     assert of_gpu.startswith("no GPU adapter found; install a Vulkan driver")
-    assert of_name.endswith("(there is none), got 'llvmpipe'")
+    assert of_name.endswith("got 'llvmpipe': no adapter is called so; there is none")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")

@@ -209,6 +209,8 @@ def engine(device: str | None, method: str) -> Literal["cpu", "gpu"]:
     ------
     ValueError
         An unknown device or method.
+    TypeError
+        A device that is no text.
     DeviceError
         The method has no form on the CPU engine, or no adapter is there or gives a device.
     """

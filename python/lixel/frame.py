@@ -325,7 +325,7 @@ def _parts_of_lights(
     if not isinstance(method, Auto):
         return rendered(lights, method, outputs)
 
-    chooses = choose_on_cpu if engine_of(device) == "cpu" else choose
+    chooses = choose_on_cpu if _core.engine(device, Exact.name) == "cpu" else choose
 
     def chosen_for(light: Light) -> FrameParts:
         parts = chooses(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
@@ -337,16 +337,6 @@ def _parts_of_lights(
     return [chosen_for(light) for light in lights]
 
 
-def engine_of(device: str | None) -> Literal["cpu", "gpu"]:
-    """Which engine renders `Exact`, and with it whatever both engines can."""
-    if device is not None and not isinstance(device, str):
-        raise TypeError(
-            "device must be 'cpu', 'gpu' or a part of the name of an adapter, "
-            f"got {type(device).__name__}"
-        )
-    return _core.engine(device, Exact.name)
-
-
 def _chosen(
     method: str | Method | None,
     device: str | None,
@@ -355,7 +345,7 @@ def _chosen(
     max_ms: float | None = None,
 ) -> Method:
     """The method, or the one for want of one; `Auto` with the bounds that are given."""
-    engine = engine_of(device)
+    engine = _core.engine(device, Exact.name)  # of whatever both engines can
     if method is None:
         is_bounded = max_error is not None or max_ms is not None
         method = Auto() if is_bounded or engine == "gpu" else Exact()

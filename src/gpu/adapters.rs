@@ -119,9 +119,7 @@ pub(super) fn adapter(name: &str) -> Result<wgpu::Adapter> {
                 true => "there is none".to_string(),
                 false => format!("there are {}", known.join(", ")),
             };
-            Error::Value(format!(
-                "device must be 'cpu', 'gpu' or a part of the name of an adapter ({known}), got '{name}'"
-            ))
+            Error::Value(format!("no adapter is called so; {known}"))
         })
 }
 

@@ -41,7 +41,7 @@ pub fn render<'py>(
     method: (String, Bound<'py, PyDict>),
     outputs: Vec<String>,
     culling: bool,
-    device: Option<&str>,
+    device: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Vec<Rendered>> {
     let (name, parameters) = &method;
     let py = parameters.py();

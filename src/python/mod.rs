@@ -7,7 +7,7 @@ mod world;
 
 use crate::bvh::Everything;
 use crate::cpu;
-use crate::engine::Engine;
+use crate::engine::{DEVICE_RULE, Engine};
 use crate::error::Error;
 use crate::gpu;
 use crate::methods::{Method, scene_optimized};
@@ -208,14 +208,21 @@ fn adapters(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
 }
 
 /// The engine that carries out a method, of a device's name or of the best there is.
-fn engine_of(py: Python, device: Option<&str>, method: &str) -> PyResult<Engine> {
+fn engine_of(py: Python, device: Option<&Bound<PyAny>>, method: &str) -> PyResult<Engine> {
     check_process()?;
-    Ok(py.detach(|| Engine::choose(device, &Method::description(method)?))?)
+    let text = |device: &Bound<PyAny>| {
+        device.extract::<String>().or_else(|_| {
+            let got = device.get_type().name()?;
+            Err(PyTypeError::new_err(format!("{DEVICE_RULE}, got {got}")))
+        })
+    };
+    let device = device.map(text).transpose()?;
+    Ok(py.detach(|| Engine::choose(device.as_deref(), &Method::description(method)?))?)
 }
 
 #[pyfunction]
 #[pyo3(signature = (device, method))]
-fn engine(py: Python, device: Option<&str>, method: &str) -> PyResult<&'static str> {
+fn engine(py: Python, device: Option<&Bound<PyAny>>, method: &str) -> PyResult<&'static str> {
     Ok(match engine_of(py, device, method)? {
         Engine::Cpu => "cpu",
         Engine::Gpu(_) => "gpu",
@@ -226,7 +233,7 @@ fn engine(py: Python, device: Option<&str>, method: &str) -> PyResult<&'static s
 #[pyo3(signature = (device=None, method="exact"))]
 fn device<'py>(
     py: Python<'py>,
-    device: Option<&str>,
+    device: Option<&Bound<PyAny>>,
     method: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let engine = engine_of(py, device, method)?;
