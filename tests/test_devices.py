@@ -116,6 +116,12 @@ def test_without_a_name_hardware_comes_before_the_cpu_engine(no_device, view):
             assert (kind == "Cpu engine") == (method in ON_CPU)
 
 
+def test_an_empty_word_in_the_environment_names_nothing(no_device, view, monkeypatch):
+    found = lx.render(*view, "exact").adapter
+    monkeypatch.setenv("LIXEL_DEVICE", "")
+    assert lx.render(*view, "exact").adapter == found
+
+
 def test_the_method_for_want_of_one(no_device, view, monkeypatch):
     assert lx.render(*view, device="cpu").method == lx.Exact()
     assert "auto" in lx.render(*view, device="gpu").stats

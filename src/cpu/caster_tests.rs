@@ -388,7 +388,7 @@ fn linear<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>, a: f32, b: f32, c: f32) ->
 impl Shapes {
     /// Which of eight receivers are certainly behind a triangle, and which may be.
     #[inline(always)]
-    fn test<S: Simd>(
+    pub fn test<S: Simd>(
         &self,
         simd: S,
         lane: usize,

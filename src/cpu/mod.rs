@@ -1,6 +1,8 @@
 //! The CPU engine: tiles, lanes of SIMD, and all threads; no driver.
 
 mod bins;
+#[cfg(test)]
+mod bounds;
 mod caster_tests;
 pub mod exact;
 mod frame;

@@ -51,6 +51,12 @@ TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear or s
 SEEN_TILES = ("pytest", "tests/test_receiver_tiles.py", "-k", "torn")
 RULES = ("pytest", "tests/test_parameters.py", "-k", "same_words")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
+TWINS = ("cargo", "--lib", "passes::twins")
+CPU_ENGINE = ("cargo", "--lib", "cpu::")
+CHOICE = (
+    "pytest", "tests/test_devices.py", "-k",
+    "by_environment or hardware_comes or renders_on_the_cpu or names_nothing",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -83,8 +89,148 @@ ROTATION = "src/fits/rotation.rs"
 ZOOM = "src/fits/improved_paraboloid.rs"
 SPLITS = "src/fits/cascades.rs"
 CHOSEN = "src/fits/scene_optimized.rs"
+ENGINE = "src/engine.rs"
+EDGES = "shaders/lib/edges.wgsl"
+CPU_VIEW = "src/cpu/view.rs"
+CPU_SHAPES = "src/cpu/shapes.rs"
+CPU_BINS = "src/cpu/bins.rs"
+CPU_RASTER = "src/cpu/rasterize.rs"
+CPU_GRID = "src/cpu/light_grid.rs"
+CPU_TESTS = "src/cpu/caster_tests.rs"
+CPU_RECEIVERS = "src/cpu/receivers.rs"
 
 MUTANTS = (
+    Mutant(
+        "CPU engine", "a short edge is as sure as a long one", CPU_SHAPES,
+        "let turn = (longest / lengths[i]) * 2.0 + 2.0;",
+        "let turn = (longest / lengths[i]) * 0.0 + 1.0;", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "rounding turns no plane", CPU_SHAPES,
+        "let off = moved + turned + far_off + size",
+        "let off = moved + far_off + size", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a block that a triangle touches aside of its corner is left out", CPU_SHAPES,
+        "greatest_of_all.min(e + side * (a.max(0.0) + b.max(0.0)))",
+        "greatest_of_all.min(e)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a block that a triangle nearly covers is covered", CPU_SHAPES,
+        "covered: mask_bits(splat(simd, 1.5)",
+        "covered: mask_bits(splat(simd, -1.5)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "what is before the near plane is seen", CPU_VIEW,
+        "(is_inside && far < nearness && nearness < near)",
+        "(is_inside && far < nearness)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a corner behind the eye is beyond a side of the view", CPU_VIEW,
+        "x > width * w",
+        "x > width", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a tile is touched where its nearest corner is", CPU_VIEW,
+        "side * (edge.x.max(0.0) + edge.y.max(0.0))",
+        "side * (edge.x.min(0.0) + edge.y.min(0.0))", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a triangle around the eye is in one tile", CPU_BINS,
+        "_ => [0, tiling.columns - 1, 0, tiling.rows - 1],",
+        "_ => [0, 0, 0, 0],", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "the nearest pixel of a block hides all of it", CPU_RASTER,
+        "least.reduce_min()",
+        "least.reduce_max()", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "the last of triangles in one place is seen", CPU_RASTER,
+        "new == old && id < known",
+        "new == old && id > known", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a box ends before its triangle does", CPU_GRID,
+        "(least(x) - rounding, greatest(x) + rounding)",
+        "(least(x) + rounding, greatest(x) - rounding)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a group is as near as its farthest triangle", CPU_GRID,
+        "nearest: greatest(&self.nearest),",
+        "nearest: least(&self.nearest),", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "what may be hit is missed", CPU_TESTS,
+        "(-rounding).simd_le(before)",
+        "rounding.simd_le(before)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "what is about inside of an edge is hit for sure", CPU_TESTS,
+        "let hit = splat(simd, 1.0).simd_lt(e)",
+        "let hit = splat(simd, -0.5).simd_lt(e)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "receivers beside the first grid are dark", CPU_TESTS,
+        "left[i] &= !within[i];",
+        "left[i] = 0;", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "rounding decides the side of a light in a plane", CPU_RECEIVERS,
+        "const SURE_OF_SIDE: f64 = 1e-10;",
+        "const SURE_OF_SIDE: f64 = 0.0;", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "the side that the camera does not see is lit", CPU_RECEIVERS,
+        "side(Source::Point(self.eye), -a) > 0;",
+        "side(Source::Point(self.eye), -a) != 0;", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "a cone lights what is outside of it", CPU_RECEIVERS,
+        "outside.simd_le(within)",
+        "within.simd_le(outside)", CPU_ENGINE,
+    ),
+    Mutant(
+        "CPU engine", "two faces of the cube are exchanged", CPU_RECEIVERS,
+        "let is_y = !is_x & z.simd_le(y);",
+        "let is_y = !is_x & y.simd_le(z);", CPU_ENGINE,
+    ),
+    Mutant(
+        "choice of engine", "the environment counts for more than the caller", ENGINE,
+        "if let Some(name) = device.or(variable.as_deref().filter(|name| !name.is_empty())) {",
+        "if let Some(name) = variable.as_deref().filter(|name| !name.is_empty()).or(device) {",
+        CHOICE,
+    ),
+    Mutant(
+        "choice of engine", "an empty word in the environment names a device", ENGINE,
+        ".filter(|name| !name.is_empty())",
+        "", CHOICE,
+    ),
+    Mutant(
+        "choice of engine", "a software driver comes before the CPU engine", ENGINE,
+        "        if method.is_on_cpu {\n            return Ok(Self::Cpu);\n        }\n",
+        "", CHOICE,
+    ),
+    Mutant(
+        "choice of engine", "the CPU engine takes what it has not", ENGINE,
+        "\"cpu\" if method.is_on_cpu => Ok(Self::Cpu),",
+        "\"cpu\" if method.is_on_cpu || name == \"cpu\" => Ok(Self::Cpu),", CHOICE,
+    ),
+    Mutant(
+        "twins", "an edge is computed from the triangle's own end", EDGES,
+        "let swap = is_before(b, a);",
+        "let swap = false;", TWINS,
+    ),
+    Mutant(
+        "twins", "weights of the texels above are those of the texels beside", LOOKUP,
+        "weights.x), weights.y);",
+        "weights.x), weights.x);", TWINS,
+    ),
+    Mutant(
+        "twins", "an inverse ends in the next cell", TABLES,
+        "if b < target_value && cell + 1u",
+        "if b <= target_value && cell + 1u", TWINS,
+    ),
     Mutant(
         "exact", "grid space decides what it does not know", CASTERS,
         "if met.is_certain && !is_own {",

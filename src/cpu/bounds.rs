@@ -1,0 +1,347 @@
+//! What the engine leaves out without a test of each pixel, and what it is sure of, against points in float64.
+
+use super::bins::{Bins, Cover, bins};
+use super::lanes::{LANES, Simd, dispatch, level, splat};
+use super::light_grid::{CELL, GRID, LightGrid};
+use super::rasterize::{NONE, rasterize};
+use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
+use super::shapes::{Corners, Shapes};
+use super::tiles::{BLOCK, TILE, Tiling};
+use super::view::{Nearness, Place, View};
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::scene::Scene;
+use crate::twin::Random;
+use fearless_simd::prelude::*;
+use glam::{DMat4, DQuat, DVec2, DVec3, DVec4};
+
+fn signed(random: &mut Random) -> f64 {
+    2.0 * random.share() - 1.0
+}
+
+fn vector(random: &mut Random) -> DVec3 {
+    DVec3::new(signed(random), signed(random), signed(random))
+}
+
+/// Triangles of all sizes around the origin: some reach behind a camera there, or far beside what it sees.
+fn triangles(random: &mut Random, count: usize) -> Scene {
+    let mut vertices = Vec::new();
+    for _ in 0..count {
+        let size = 10_f64.powf(1.5 * signed(random));
+        let middle = 2.0 * vector(random);
+        vertices.extend([0; 3].map(|_| middle + size * vector(random)));
+    }
+    let triangles = (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    Scene::new(vertices, triangles.collect()).unwrap()
+}
+
+fn camera(random: &mut Random, (width, height): (u32, u32), range: (f64, f64)) -> Camera {
+    let turn = DQuat::from_axis_angle(vector(random).normalize(), 3.0 * random.share());
+    let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
+    let pose = DMat4::from_rotation_translation(turn, 0.3 * vector(random));
+    Camera::new(pose, DVec2::splat(half.x), half, (width, height), range).unwrap()
+}
+
+/// Of parallel rays: units of the grid along x and y, the nearer the greater z is.
+fn light_view() -> View {
+    let scale = GRID as f64 / 8.0;
+    let row = |axis: DVec4| (axis + DVec4::W * 4.0) * scale;
+    View {
+        origin: DVec3::ZERO,
+        rows: [row(DVec4::X), row(DVec4::Y), DVec4::W],
+        nearness: Nearness::Linear(DVec4::Z),
+        width: GRID,
+        height: GRID,
+        seen: (f64::NEG_INFINITY, f64::INFINITY),
+        light: None,
+    }
+}
+
+fn holds(bins: &Bins, tile: usize, id: u32) -> bool {
+    let mut of_tile = bins.iter().map(|of_thread| &of_thread[tile]);
+    of_tile.any(|bin| bin.near.contains(&id) || bin.wide.contains(&id))
+}
+
+#[test]
+fn a_triangle_is_in_every_tile_that_it_covers_a_part_of() {
+    let mut random = Random(1);
+    let mut found = [0; 2];
+    for round in 0..60 {
+        let scene = triangles(&mut random, 20);
+        let view = View::of_camera(&camera(&mut random, (300, 200), (1e-3, f64::INFINITY)));
+        let tiling = Tiling::new(view.width, view.height);
+        let places = view.places(&scene);
+        let [middles, whole] =
+            [Cover::Middles, Cover::Whole].map(|cover| bins(&view, tiling, &scene, &places, cover));
+        for _ in 0..2000 {
+            let size = DVec2::new(view.width as f64, view.height as f64);
+            let place = DVec2::new(random.share(), random.share()) * size;
+            let tile = place.y as usize / TILE * tiling.columns + place.x as usize / TILE;
+            let id = random.below(20) as u32;
+            if view.nearness_at(&scene, place.floor() + 0.5, id).is_some() {
+                assert!(holds(&middles, tile, id), "round {round}: {id} at {place}");
+                found[0] += 1;
+            }
+            if view.nearness_at(&scene, place, id).is_some() {
+                assert!(holds(&whole, tile, id), "round {round}: {id} at {place}");
+                found[1] += 1;
+            }
+        }
+    }
+    assert!(found.iter().all(|&count| count > 5_000), "{found:?}");
+}
+
+#[test]
+fn a_cell_lists_every_triangle_over_it_with_room_for_it() {
+    let mut random = Random(2);
+    let mut found = 0;
+    for round in 0..60 {
+        let scene = triangles(&mut random, 150);
+        let grid = LightGrid::new(light_view(), &scene);
+        for _ in 0..1000 {
+            let place = DVec2::new(random.share(), random.share()) * GRID as f64;
+            let id = random.below(150) as u32;
+            let Some(nearness) = grid.view.nearness_at(&scene, place, id) else {
+                continue;
+            };
+            let cell = grid.cell(place.x as usize / CELL, place.y as usize / CELL);
+            let [u, v] = place.as_vec2().to_array();
+            // What lies a hair's breadth behind it.
+            let farthest = (nearness - 1e-6 * nearness.abs()) as f32;
+            let listed = dispatch!(level(), simd => {
+                let mut listed = Vec::new();
+                for head in cell.heads {
+                    let met = head.meets(simd, [u, u, v, v], farthest);
+                    for group in (0..LANES).filter(|lane| met >> lane & 1 == 1) {
+                        let group = &cell.groups[head.ids[group] as usize];
+                        let met = group.meets(simd, [u, u, v, v], farthest);
+                        let lanes = (0..LANES).filter(|lane| met >> lane & 1 == 1);
+                        listed.extend(lanes.map(|lane| group.ids[lane]));
+                    }
+                }
+                listed
+            });
+            assert!(listed.contains(&id), "round {round}: {id} at {place}");
+            found += 1;
+        }
+    }
+    assert!(found > 2_000, "{found}");
+}
+
+#[test]
+fn a_triangle_is_seen_between_the_near_plane_and_the_far_one() {
+    let mut random = Random(3);
+    let mut counts = [0; 3];
+    for _ in 0..2_000 {
+        let scene = triangles(&mut random, 1);
+        let camera = camera(&mut random, (64, 48), (0.5, 2.0));
+        let view = View::of_camera(&camera);
+        let pixel = [random.below(64) as u32, random.below(48) as u32];
+        // The ray meets the plane at that depth.
+        let ray = camera.ray_from_pixel(pixel[0], pixel[1]);
+        let [a, b, c] = scene.corners(0).map(|corner| corner - camera.eye);
+        let normal = (b - a).cross(c - a);
+        let depth = normal.dot(a) / normal.dot(ray);
+        let point = ray * depth;
+        let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| (b - a).cross(point - a).dot(normal));
+        let is_met = sides.iter().all(|&side| side > 0.0);
+        let middle = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
+        let found = view.nearness_at(&scene, middle, 0);
+        let expected = (is_met && (0.5..2.0).contains(&depth)).then_some(1.0 / depth);
+        match (found, expected) {
+            (Some(found), Some(expected)) => {
+                assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+                counts[0] += 1;
+            }
+            (None, None) => counts[if is_met { 1 } else { 2 }] += 1,
+            other => panic!("{other:?} at {middle} of {:?}", scene.corners(0)),
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 20), "{counts:?}");
+}
+
+#[test]
+fn of_triangles_in_one_place_the_first_is_seen() {
+    let mut random = Random(4);
+    for _ in 0..20 {
+        let once = triangles(&mut random, 12);
+        let twice = once.triangles().repeat(2);
+        let twice = Scene::new(once.vertices().to_vec(), twice).unwrap();
+        let view = View::of_camera(&camera(&mut random, (90, 70), (1e-3, f64::INFINITY)));
+        let [once, twice] = [once, twice].map(|scene| rasterize(&view, &scene).triangles);
+        assert!(once == twice);
+    }
+}
+
+/// A triangle around a place, a place near it, and a nearness near its plane's.
+struct Tested {
+    scene: Scene,
+    place: DVec2,
+    nearness: f64,
+}
+
+fn tested(random: &mut Random) -> Tested {
+    let origin = DVec2::new(random.share(), random.share()) * GRID as f64;
+    let size = 10_f64.powf(3.5 * random.share() - 1.0);
+    let [a, b, c] = [0; 3].map(|_| {
+        let step = vector(random);
+        origin.extend(0.0) + DVec3::new(size, size, 100.0) * step
+    });
+    let scene = Scene::new(vec![a, b, c], vec![[0, 1, 2]]).unwrap();
+    // Half of them at an edge.
+    let far = if random.below(2) == 0 {
+        0.0
+    } else {
+        random.share()
+    };
+    let mut place = a.lerp(b, random.share()).lerp(c, far).truncate();
+    place += 10_f64.powf(5.0 * random.share() - 5.0) * DVec2::from_angle(6.3 * random.share());
+    let plane = flat_view().nearness_of_plane(&scene, place, 0);
+    let off = 10_f64.powf(8.0 * random.share() - 7.0) * signed(random).signum();
+    Tested {
+        scene,
+        place,
+        nearness: plane + off,
+    }
+}
+
+/// Columns, rows and nearness are the point's own coordinates.
+fn flat_view() -> View {
+    View {
+        rows: [DVec4::X, DVec4::Y, DVec4::W],
+        ..light_view()
+    }
+}
+
+#[inline(always)]
+fn answer<S: Simd>(
+    simd: S,
+    view: &View,
+    tested: &Tested,
+    origin: [f32; 2],
+) -> Option<(bool, bool)> {
+    let places: Vec<Place> = view.places(&tested.scene);
+    let corners = Corners::new(simd, &places, [[0, 1, 2]; LANES]);
+    let wide = corners.wide(simd, view) & 1 != 0;
+    let side = 2.0 * CELL as f32;
+    let mut shapes = Shapes::new(simd, &corners.relative_to(origin), view.rounding(), side);
+    if wide {
+        let seen = (view, &tested.scene);
+        let at = DVec2::new(f64::from(origin[0]), f64::from(origin[1]));
+        if !shapes.set_wide(0, seen, 0, at, f64::from(side), view.rounding()) {
+            return None;
+        }
+    }
+    let [u, v] = tested.place.as_vec2().to_array();
+    let [u, v] = [u - origin[0], v - origin[1]].map(|step| splat(simd, step));
+    let (hit, maybe) = shapes.test(simd, 0, u, v, splat(simd, tested.nearness as f32));
+    Some((hit & 1 == 1, maybe & 1 == 1))
+}
+
+#[test]
+fn a_receiver_is_hit_or_missed_for_sure_only_where_float64_says_so() {
+    let view = flat_view();
+    let mut random = Random(5);
+    let mut counts = [0; 3];
+    for round in 0..100_000 {
+        let tested = tested(&mut random);
+        // The first receiver of a cell, near the one that is tested.
+        let step = DVec2::new(signed(&mut random), signed(&mut random)) * CELL as f64;
+        let origin = (tested.place + step).as_vec2().to_array();
+        let found = dispatch!(level(), simd => answer(simd, &view, &tested, origin));
+        let Some((hit, maybe)) = found else {
+            continue;
+        };
+        let Tested {
+            scene,
+            place,
+            nearness,
+        } = &tested;
+        let at_place = view.nearness_at(scene, *place, 0);
+        let is_hit = at_place.is_some_and(|caster| caster > *nearness);
+        let case = format!("round {round}: {place}, {nearness}, {:?}", scene.corners(0));
+        assert!(is_hit || !hit, "{case}");
+        assert!(maybe || !is_hit, "{case}");
+        assert!(maybe || !hit, "{case}");
+        counts[if hit { 0 } else { 1 + usize::from(maybe) }] += 1;
+    }
+    assert!(counts.iter().all(|&count| count > 5_000), "{counts:?}");
+}
+
+#[test]
+fn receivers_face_the_light_and_fall_where_its_views_see_them() {
+    let mut random = Random(6);
+    let mut counts = [0; 2];
+    for round in 0..30 {
+        let scene = triangles(&mut random, 12);
+        let camera = camera(&mut random, (40, 24), (1e-3, f64::INFINITY));
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        let place = 2.0 * vector(&mut random);
+        let light = match round % 3 {
+            0 => Light::directional(place),
+            1 => Light::point(place),
+            _ => Light::spot(place, vector(&mut random), 1.0),
+        };
+        let light = light.unwrap();
+        let receivers = Receivers::new(&scene, &image, &camera, &light);
+        let found = dispatch!(level(), simd => check_blocks(simd, &receivers));
+        counts = [counts[0] + found[0], counts[1] + found[1]];
+    }
+    assert!(counts.iter().all(|&count| count > 1_000), "{counts:?}");
+}
+
+/// Checks all pixels; how many do not face the light and how many do.
+#[inline(always)]
+fn check_blocks<S: Simd>(simd: S, receivers: &Receivers) -> [usize; 2] {
+    let view = light_view();
+    let from_eye = ViewFromEye::new(&view, receivers.eye);
+    let mut known = KnownPlanes::default();
+    let mut block = BlockReceivers::none(simd);
+    let mut places = BlockPlaces::none(simd);
+    let mut counts = [0; 2];
+    let tiling = receivers.image.tiling;
+    for y in 0..tiling.height {
+        for x in 0..tiling.width {
+            let id = receivers.image.triangles[tiling.index(x, y)];
+            if id == NONE {
+                continue;
+            }
+            let (i, j) = (y % BLOCK, x % BLOCK);
+            receivers.block(simd, (x - j, y - i), 0..BLOCK, &mut known, &mut block);
+            let ray = receivers.ray((x, y), id);
+            let is_facing = block.facing[i] >> j & 1 == 1;
+            assert_eq!(is_facing, ray.is_facing(receivers.light), "{x} {y}");
+            counts[usize::from(is_facing)] += 1;
+            if !is_facing {
+                continue;
+            }
+            let point = block.points[i].map(|axis| axis.as_slice()[j]);
+            let off = DVec3::from_array(point).distance(ray.point);
+            assert!(off <= 1e-7 * (1.0 + ray.point.length()), "{x} {y}: {off}");
+            from_eye.places(simd, &block, &block.facing, &mut places);
+            let expected = view.place(receivers.eye + ray.point);
+            for (axis, expected) in [places.u, places.v, places.nearness].iter().zip(expected) {
+                let off = axis[i].as_slice()[j] - expected;
+                assert!(off.abs() <= 1e-4 * (1.0 + expected.abs()), "{x} {y}: {off}");
+            }
+            if receivers.light.position().is_some() {
+                let faces = receivers.faces(simd, &block.points[i]);
+                let faces = faces.map(|face| face >> j & 1 == 1);
+                check_face(&faces, -ray.to_light);
+            }
+        }
+    }
+    counts
+}
+
+/// One face sees the point: that of the axis along which it is farthest from the light.
+fn check_face(faces: &[bool; 6], from_light: DVec3) {
+    let ahead = (0..6).filter(|&face| faces[face]);
+    let ahead = ahead.map(|face| [1.0, -1.0][face % 2] * from_light[face / 2]);
+    let ahead: Vec<_> = ahead.collect();
+    let farthest = from_light.abs().max_element();
+    assert!(
+        ahead.len() == 1 && ahead[0] >= (1.0 - 1e-9) * farthest,
+        "{faces:?} {from_light}"
+    );
+}
