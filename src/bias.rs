@@ -57,7 +57,7 @@ impl<L: Lane> Plane<L> {
         step: V2<L>,
     ) -> L::Mask {
         let outward = kind.height_slope(self.normal, self.q);
-        !bias.is_edge_on | L::from_f64(0.0).at_most(outward.dot(step))
+        !bias.is_edge_on | step.x.constant(0.0).at_most(outward.dot(step))
     }
 }
 
@@ -72,9 +72,9 @@ impl<L: Lane> Rule<L> {
         from_light: V3<L>,
     ) -> Bias<L> {
         // Rounding moves a depth, and moves it again by the slope where it moves the texel.
-        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+        let (zero, one) = (self.rounding.constant(0.0), self.rounding.constant(1.0));
         let cosine = normal.dot(from_light / from_light.length()).abs();
-        let is_edge_on = cosine.less(L::from_f64(EDGE_ON));
+        let is_edge_on = cosine.less(cosine.constant(EDGE_ON));
         let rounding = self.rounding * (one / L::select(is_edge_on, one, cosine));
         let even = self.constant + rounding;
         let slope = kind.depth_slope(plane.normal, plane.q);
@@ -99,7 +99,7 @@ impl<L: Lane> Rule<L> {
         step: V2<L>,
         reach: f64,
     ) -> L {
-        let (step, reach) = (step * self.receiver_plane, L::from_f64(reach));
+        let (step, reach) = (step * self.receiver_plane, self.rounding.constant(reach));
         let on_plane = kind.depth_of_neighbour(plane.normal, plane.q, step, reach);
         L::select(
             bias.is_edge_on,
@@ -119,7 +119,7 @@ impl<L: Lane> Rule<L> {
     ) -> L {
         let depth = self.depth_at(kind, plane, bias, step, TEXEL_REACH);
         // The farther a curved surface is taken for its plane, the more that is wrong.
-        depth - (bias.least + bias.beam * step.length().max(L::from_f64(1.0)))
+        depth - (bias.least + bias.beam * step.length().max(self.rounding.constant(1.0)))
     }
 
     /// The same of a texel in a disc around the receiver.
@@ -133,7 +133,7 @@ impl<L: Lane> Rule<L> {
     ) -> L {
         let depth = self.depth_at(kind, plane, bias, step, DISC_REACH);
         // The farther, the more a slope's bias must take off.
-        let texels = step.map(|s| s.abs().max(L::from_f64(1.0)));
+        let texels = step.map(|s| s.abs().max(s.constant(1.0)));
         depth - (bias.even + bias.beam + bias.slope.dot(texels))
     }
 }
@@ -198,7 +198,11 @@ fn twin(i: u32) -> array<f32, 9> {
         let step = row(17).xy();
         let is_before_surface = plane.is_before_surface(kind, &bias, step);
         vec![
-            L::select(is_before_surface, L::from_f64(1.0), L::from_f64(0.0)),
+            L::select(
+                is_before_surface,
+                inputs[0].constant(1.0),
+                inputs[0].constant(0.0),
+            ),
             bias.rounding,
             bias.even,
             bias.least,

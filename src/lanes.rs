@@ -17,7 +17,8 @@ pub trait Lane:
         + BitOr<Output = Self::Mask>
         + Not<Output = Self::Mask>;
 
-    fn from_f64(value: f64) -> Self;
+    /// A number that is the same in all lanes.
+    fn constant(self, value: f64) -> Self;
     fn sqrt(self) -> Self;
     fn abs(self) -> Self;
     fn min(self, other: Self) -> Self;
@@ -42,7 +43,7 @@ macro_rules! scalar_lane {
             type Mask = bool;
 
             #[inline(always)]
-            fn from_f64(value: f64) -> Self {
+            fn constant(self, value: f64) -> Self {
                 value as Self
             }
 

@@ -29,6 +29,7 @@ mod importance;
 mod lanes;
 mod light;
 mod lock;
+mod map_settings;
 mod methods;
 mod occlusion;
 pub mod projection;
@@ -40,6 +41,8 @@ mod rounding;
 mod scene;
 pub mod shadow_ray;
 mod sides;
+mod stats;
 #[cfg(test)]
 mod twin;
+mod verbs;
 pub mod warp;

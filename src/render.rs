@@ -8,7 +8,6 @@ use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::fits::receivers::Setting;
 use crate::fits::uniform::fit_uniform;
-use crate::gpu::facts::Fact;
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
@@ -16,7 +15,7 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, ReadResults, Recording, Source, Timings};
 use crate::gpu::scene_tables::{LightSides, Room, SceneTables};
 use crate::gpu::unsure;
-use crate::gpu::view::{RasterizedLayer, Recorded, Stats, View, WarpedLayer};
+use crate::gpu::view::{PlannedLayer, RasterizedLayer, Recorded, View};
 use crate::gpu::{AdapterDescription, Gpu};
 use crate::light::Light;
 use crate::lock::lock;
@@ -24,6 +23,7 @@ use crate::methods::Method;
 use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
+use crate::stats::Stats;
 use crate::warp::Warp;
 use glam::DVec2;
 use std::sync::{Arc, Mutex};
@@ -218,7 +218,7 @@ pub fn render(
             let lights = lights.iter();
             let rendered = lights.map(|light| {
                 let frame = cpu::Frame::new(scene, camera, light, &cache.cpu, outputs.culls)?;
-                render_on_cpu(frame, scene, method, outputs)
+                render_on_cpu(frame, method, outputs)
             });
             rendered.collect::<Result<_>>()?
         }
@@ -229,26 +229,15 @@ pub fn render(
     Ok(rendered)
 }
 
-fn render_on_cpu(
-    mut frame: cpu::Frame,
-    scene: &Scene,
-    method: &Method,
-    outputs: Outputs,
-) -> Result<Rendered> {
-    let visibility = method.answer_on_cpu(&mut frame)?;
-    let mut stats = Stats::new(scene);
-    for &(label, name, count) in &frame.counts {
-        let count = u32::try_from(count).unwrap_or(u32::MAX);
-        stats.facts.add(label, vec![Fact::sum(name, count)]);
-    }
+fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Result<Rendered> {
+    let cpu::Recorded { visibility, .. } = method.record(&mut frame)?;
     let reads_triangles = outputs.reads_triangles();
-    let triangle_id = reads_triangles.then(|| frame.triangle_ids());
-    stats.skipped = frame.skipped;
+    let triangle_id = reads_triangles.then(|| frame.image().triangle_ids());
     Ok(Rendered {
         visibility,
         triangle_id: triangle_id.unwrap_or_default(),
         timings: frame.timings,
-        stats,
+        stats: frame.stats,
         adapter: Engine::Cpu.description(),
         ..Rendered::default()
     })
@@ -459,7 +448,7 @@ struct LayerReads {
 impl LayerReads {
     fn new(frame: &mut Recording, layer: RasterizedLayer, outputs: Outputs) -> Result<Self> {
         let target = layer.comparison.target();
-        let WarpedLayer {
+        let PlannedLayer {
             layer: fitted,
             warp,
             importance,

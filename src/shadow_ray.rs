@@ -45,7 +45,7 @@ fn greatest<L: Lane>([a, b, c]: [L; 3]) -> L {
 
 #[inline(always)]
 fn sign<L: Lane>(x: L) -> L {
-    let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+    let (zero, one) = (x.constant(0.0), x.constant(1.0));
     L::select(zero.less(x), one, L::select(x.less(zero), -one, zero))
 }
 
@@ -53,14 +53,14 @@ fn sign<L: Lane>(x: L) -> L {
 /// surface; `extent` is the triangle's longest edge.
 #[inline(always)]
 pub fn receiver_margin<L: Lane>(distance: L, cosine: L, extent: L) -> L {
-    let margin = L::from_f64(ROUNDING) * distance;
-    margin + (margin / cosine.max(L::from_f64(1e-30))).min(extent)
+    let margin = distance.constant(ROUNDING) * distance;
+    margin + (margin / cosine.max(distance.constant(1e-30))).min(extent)
 }
 
 /// Axes across a direction (Duff et al., "Building an orthonormal basis, revisited", JCGT 2017).
 #[inline(always)]
 pub fn axes_across<L: Lane>(z: V3<L>) -> [V3<L>; 2] {
-    let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+    let (zero, one) = (z.x.constant(0.0), z.x.constant(1.0));
     let side = L::select(zero.at_most(z.z), one, -one);
     let k = -one / (side + z.z);
     let m = z.x * z.y * k;
@@ -82,7 +82,7 @@ impl<L: Lane> LightRay<L> {
         let edges = [[1, 2], [2, 0], [0, 1]].map(|[from, to]| {
             let (p, d) = (p[from], p[to] - p[from]);
             let [one, two] = [p.x * d.y, p.y * d.x];
-            let rounding = L::from_f64(PRODUCT_ROUNDING) * (one.abs() + two.abs());
+            let rounding = room.constant(PRODUCT_ROUNDING) * (one.abs() + two.abs());
             (one - two, rounding + off)
         });
         let e = edges.map(|edge| edge.0);
@@ -90,7 +90,7 @@ impl<L: Lane> LightRay<L> {
         let is_near = all(edges.map(|(e, slack)| (-slack).at_most(e)))
             | all(edges.map(|(e, slack)| e.at_most(slack)));
         // Edges that meet at no angle go on beyond the triangle.
-        let around = L::from_f64(ROUNDING) * greatest(corners.map(absolute_sum)) + room;
+        let around = room.constant(ROUNDING) * greatest(corners.map(absolute_sum)) + room;
         let is_around = |p: [L; 3]| least(p).at_most(around) & (-around).at_most(greatest(p));
         let is_around = is_around(p.map(|p| p.x)) & is_around(p.map(|p| p.y));
         let most = greatest(edges.map(|edge| edge.1));
@@ -109,7 +109,7 @@ impl<L: Lane> LightRay<L> {
         normal: V3<L>,
         room: L,
     ) -> Meeting<L::Mask> {
-        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+        let (zero, one) = (room.constant(0.0), room.constant(1.0));
         // The nearest corner knows best how far the receiver is behind the triangle's plane.
         let mut distance = absolute_sum(corners[0]);
         let mut above = normal.dot(corners[0]);
@@ -121,10 +121,10 @@ impl<L: Lane> LightRay<L> {
         let slope = normal.dot(self.shear.extend(one));
         let height = above * sign(slope);
         // Of a sum of three coordinates, and of the normal.
-        let off = L::from_f64(4.0) * room + L::from_f64(ROUNDING) * distance;
+        let off = room.constant(4.0) * room + room.constant(ROUNDING) * distance;
         // Near to edge-on, the room hides which side the receiver is on.
         let steepness = one + self.shear.x.abs() + self.shear.y.abs();
-        let is_edge_on = slope.abs().less(L::from_f64(1e-5) * steepness);
+        let is_edge_on = slope.abs().less(room.constant(1e-5) * steepness);
         let greatest_height = L::select(is_edge_on, height.abs(), height) + off;
         let to_light = slope.abs() * self.reach;
         let greatest_depth = greatest(corners.map(|corner| corner.z));
@@ -154,7 +154,8 @@ impl<L: Lane> ReceiverRay<L> {
     pub fn meets(&self, corners: [V3<L>; 3], normal: V3<L>) -> Meeting<L::Mask> {
         let [x, y, z] = self.axes;
         let turned = |v: V3<L>| V3::new(x.dot(v), y.dot(v), z.dot(v));
-        let room = L::from_f64(ROUNDING) * greatest(corners.map(absolute_sum)) + self.margin;
+        let room =
+            self.margin.constant(ROUNDING) * greatest(corners.map(absolute_sum)) + self.margin;
         let corners = corners.map(turned);
         let edges = self.light_ray.meet_edges(corners, room);
         self.light_ray
@@ -232,7 +233,7 @@ fn twin(i: u32) -> array<f32, 13> {
                 met.is_possible,
                 met.is_certain,
             ];
-            let masks = masks.map(|mask| L::select(mask, L::from_f64(1.0), L::from_f64(0.0)));
+            let masks = masks.map(|mask| L::select(mask, a.x.constant(1.0), a.x.constant(0.0)));
             let mut outputs = vec![receiver_margin(a.x.abs(), a.y.abs(), a.z.abs())];
             outputs.extend([x.x, x.y, x.z, y.x, y.y, y.z]);
             outputs.extend(masks);

@@ -118,7 +118,7 @@ impl Not for Mask {
 impl Lane for Bounded {
     type Mask = Mask;
 
-    fn from_f64(value: f64) -> Self {
+    fn constant(self, value: f64) -> Self {
         let rounded = Self::exact(value as f32);
         let error = (value - rounded.value).abs();
         Self { error, ..rounded }

@@ -54,9 +54,9 @@ impl Warp {
     /// The value at `x` of a function, counted through those along x and then those along y.
     #[inline(always)]
     fn value_at<L: Lane>(&self, function: L, x: L) -> L {
-        let one = L::from_f64(1.0);
-        let cells = L::from_f64((self.boundaries - 1) as f64);
-        let place = x.clamp(L::from_f64(0.0), one) * cells;
+        let one = x.constant(1.0);
+        let cells = x.constant((self.boundaries - 1) as f64);
+        let place = x.clamp(x.constant(0.0), one) * cells;
         let cell = place.floor().min(cells - one);
         let a = L::gather(&self.values, self.boundaries, function, cell);
         let b = L::gather(&self.values, self.boundaries, function, cell + one);
@@ -66,13 +66,13 @@ impl Warp {
     /// A function along y, counted through those along x.
     #[inline(always)]
     fn along_y<L: Lane>(&self, column: L) -> L {
-        L::from_f64(self.functions as f64) + column
+        column.constant(self.functions as f64) + column
     }
 
     #[inline(always)]
     fn function_at<L: Lane>(&self, place: L) -> L {
-        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
-        let functions = L::from_f64(self.functions as f64);
+        let (zero, one) = (place.constant(0.0), place.constant(1.0));
+        let functions = place.constant(self.functions as f64);
         (place.clamp(zero, one) * functions)
             .floor()
             .min(functions - one)
@@ -116,8 +116,8 @@ impl Warp {
         texels: usize,
         texel: V2<L>,
     ) -> V2<L> {
-        let size = L::from_f64(texels as f64);
-        let column = self.function_at((texel.x + L::from_f64(0.5)) / size);
+        let size = texel.x.constant(texels as f64);
+        let column = self.function_at((texel.x + texel.x.constant(0.5)) / size);
         let y = L::gather(inverses, texels, self.along_y(column), texel.y);
         let x = L::gather(inverses, texels, self.function_at(y), texel.x);
         V2::new(x, y)
@@ -127,9 +127,9 @@ impl Warp {
     /// the map is torn. It may be empty.
     #[inline(always)]
     pub fn patch_of<L: Lane>(&self, functions: V2<L>, texels: usize) -> [V2<L>; 2] {
-        let one = L::from_f64(1.0);
-        let count = L::from_f64(self.functions as f64);
-        let ends = [L::from_f64(0.0), one].map(|end| {
+        let one = functions.x.constant(1.0);
+        let count = functions.x.constant(self.functions as f64);
+        let ends = [functions.x.constant(0.0), one].map(|end| {
             let x = (functions.y + end) / count;
             let y = self.value_at(self.along_y(functions.y), (functions.x + end) / count);
             V2::new(x, y).map(|place| first_centre(place, texels))
@@ -140,7 +140,10 @@ impl Warp {
     /// Whether there are patches above, below, left and right of that of two functions.
     #[inline(always)]
     pub fn has_patches<L: Lane>(&self, functions: V2<L>) -> [L::Mask; 4] {
-        let (zero, last) = (L::from_f64(0.0), L::from_f64(self.functions as f64 - 1.0));
+        let (zero, last) = (
+            functions.x.constant(0.0),
+            functions.x.constant(self.functions as f64 - 1.0),
+        );
         let [row, column] = [functions.x, functions.y].map(|f| [zero.less(f), f.less(last)]);
         [row[0], row[1], column[0], column[1]]
     }
@@ -155,9 +158,9 @@ impl Warp {
         side: V2<L>,
         texels: usize,
     ) -> V2<L> {
-        let zero = L::from_f64(0.0);
-        let size = L::from_f64(texels as f64);
-        let count = L::from_f64(self.functions as f64);
+        let zero = linear.x.constant(0.0);
+        let size = linear.x.constant(texels as f64);
+        let count = linear.x.constant(self.functions as f64);
         let edge = |function: L, side: L| (function + side.max(zero)) / count;
         let is_along_y = zero.less(side.y.abs());
         let along_y = self.value_at(functions.x + side.y, linear.x);
@@ -209,8 +212,8 @@ impl Warp {
 /// The first texel whose centre is not before a place.
 #[inline(always)]
 fn first_centre<L: Lane>(place: L, texels: usize) -> L {
-    let size = L::from_f64(texels as f64);
-    -(L::from_f64(0.5) - place * size).floor()
+    let size = place.constant(texels as f64);
+    -(place.constant(0.5) - place * size).floor()
 }
 
 /// How many of the texels up to `reach` from one lie beyond its patch, above, below, left and right of it.

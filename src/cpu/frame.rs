@@ -1,16 +1,19 @@
 //! A frame in the making on the CPU: what the camera sees, and what a method asks of it.
 
 use super::rasterize::{Image, rasterize};
-use super::shadow_rays::shadow_rays;
+use super::receivers::Receivers;
 use super::tiles::{TILE, TILE_PIXELS, Tiling};
 use super::view::View;
-use super::{exact, lanes, processor};
+use super::{lanes, processor};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::error::{Result, ensure_value};
 use crate::light::Light;
 use crate::lock::Kept;
 use crate::scene::Scene;
+use crate::stats::{Fact, Stats};
+use crate::verbs::WarpedLayer;
+use crate::warp::Warp;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -18,6 +21,9 @@ pub const VISIBILITY_LABEL: &str = "visibility";
 pub const CASTER_TESTS_LABEL: &str = "caster tests";
 pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
 pub const SHADOW_RAYS_LABEL: &str = "shadow rays";
+pub const RECEIVERS_LABEL: &str = "receivers";
+pub const OUTLINE_LABEL: &str = "outline";
+pub const SAMPLES_LABEL: &str = "samples";
 
 /// The keys of a frame's timers: those of the GPU engine where a pass does the same.
 pub const LABELS: &[&str] = &[
@@ -25,6 +31,9 @@ pub const LABELS: &[&str] = &[
     CASTER_TESTS_LABEL,
     HIERARCHY_LABEL,
     SHADOW_RAYS_LABEL,
+    RECEIVERS_LABEL,
+    OUTLINE_LABEL,
+    SAMPLES_LABEL,
 ];
 
 /// Pixels of an image, its tiles filled up, at most: 12 bytes of each are in memory.
@@ -78,18 +87,27 @@ impl KeptParts {
 
 /// The scene, the camera and a light, and what was made of them so far.
 pub struct Frame<'a> {
-    scene: &'a Scene,
-    camera: &'a Camera,
-    light: &'a Light,
-    kept: &'a KeptParts,
+    pub(super) scene: &'a Scene,
+    pub(super) camera: &'a Camera,
+    pub(super) light: &'a Light,
+    pub(super) kept: &'a KeptParts,
     seen: Arc<Seen>,
+    /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
+    pub(super) culls: bool,
     /// Milliseconds of each pass.
     pub timings: Vec<(&'static str, f64)>,
-    /// What passes counted: label, name and number.
-    pub counts: Vec<(&'static str, &'static str, u64)>,
-    /// Passes that this frame did not need.
-    pub skipped: Vec<&'static str>,
+    pub stats: Stats,
 }
+
+/// What a method answered: 1 lit, 0 in shadow, in between with a filter, NaN where nothing is seen, row by row; and the
+/// layers that it was looked up in.
+pub struct Recorded {
+    pub visibility: Vec<f32>,
+    pub layers: Vec<PlannedLayer>,
+}
+
+/// A layer before it has texels.
+pub type PlannedLayer = WarpedLayer<Warp, Vec<f32>>;
 
 impl<'a> Frame<'a> {
     /// Draws what the camera sees, unless it is known. With `culls` what is known is taken.
@@ -109,47 +127,30 @@ impl<'a> Frame<'a> {
             light,
             kept,
             seen,
+            culls,
             timings: Vec::new(),
-            counts: Vec::new(),
-            skipped: Vec::new(),
+            stats: Stats::new(scene),
         };
         frame.add_kept(VISIBILITY_LABEL, start, is_new);
         Ok(frame)
     }
 
-    /// Of each pixel the triangle that it shows, row by row; -1 where there is none.
-    pub fn triangle_ids(&self) -> Vec<i32> {
-        let Image { tiling, triangles } = &self.seen.image;
-        let mut ids = Vec::with_capacity(tiling.width * tiling.height);
-        for y in 0..tiling.height {
-            for x in (0..tiling.width).step_by(TILE) {
-                let first = tiling.index(x, y);
-                let of_tile = &triangles[first..first + TILE.min(tiling.width - x)];
-                ids.extend(of_tile.iter().map(|&id| id as i32));
-            }
-        }
-        ids
+    /// What the camera sees.
+    pub fn image(&self) -> &Image {
+        &self.seen.image
     }
 
-    /// The visibility image by testing every receiver against the triangles in its cell of the light's grid.
-    pub fn exact(&mut self) -> Vec<f32> {
-        let start = Instant::now();
-        let visibility = exact::exact(self.scene, &self.seen.image, self.camera, self.light);
-        self.add_time(CASTER_TESTS_LABEL, start);
-        visibility
+    /// What the camera sees, and the light may reach.
+    pub(super) fn receivers(&self) -> Receivers<'_> {
+        Receivers::new(self.scene, self.image(), self.camera, self.light)
     }
 
-    /// The visibility image by rays through the scene's hierarchy, which is built where it is missing.
-    pub fn shadow_rays(&mut self) -> Result<Vec<f32>> {
+    /// What the work makes of the frame, timed.
+    pub(super) fn timed<R>(&mut self, label: &'static str, work: impl FnOnce(&Self) -> R) -> R {
         let start = Instant::now();
-        let (hierarchy, is_new) = self.kept.hierarchy(self.scene)?;
-        self.add_kept(HIERARCHY_LABEL, start, is_new);
-        let start = Instant::now();
-        let (scene, image, camera, light) = (self.scene, &self.seen.image, self.camera, self.light);
-        let (visibility, rays) = shadow_rays(scene, image, camera, light, &hierarchy.bvh);
-        self.add_time(SHADOW_RAYS_LABEL, start);
-        self.counts.push((SHADOW_RAYS_LABEL, "rays", rays));
-        Ok(visibility)
+        let made = work(self);
+        self.add_time(label, start);
+        made
     }
 
     fn add_time(&mut self, label: &'static str, start: Instant) {
@@ -157,11 +158,17 @@ impl<'a> Frame<'a> {
             .push((label, start.elapsed().as_secs_f64() * 1e3));
     }
 
-    fn add_kept(&mut self, label: &'static str, start: Instant, is_new: bool) {
+    pub(super) fn add_kept(&mut self, label: &'static str, start: Instant, is_new: bool) {
         match is_new {
             true => self.add_time(label, start),
-            false => self.skipped.push(label),
+            false => self.stats.skipped.push(label),
         }
+    }
+
+    /// Adds a number that a pass counted.
+    pub(super) fn count(&mut self, label: &'static str, name: &'static str, count: u64) {
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        self.stats.facts.add(label, vec![Fact::sum(name, count)]);
     }
 }
 

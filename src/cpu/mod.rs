@@ -5,18 +5,22 @@ mod bins;
 mod bounds;
 mod caster_tests;
 pub mod exact;
+mod formulas;
 mod frame;
 pub mod lanes;
 mod light_grid;
+mod light_space;
 mod processor;
+mod queries;
 pub mod rasterize;
 mod receivers;
 mod shadow_rays;
 mod shapes;
 mod tiles;
+mod verbs;
 mod view;
 
-pub use frame::{Description, Frame, KeptParts, LABELS, description};
+pub use frame::{Description, Frame, KeptParts, LABELS, Recorded, description};
 pub use view::View;
 
 #[cfg(test)]

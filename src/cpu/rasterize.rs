@@ -11,6 +11,7 @@ use super::lanes::{
 use super::shapes::{Corners, Shapes};
 use super::tiles::{BLOCK, TILE, TILE_PIXELS, Tiling};
 use super::view::{Place, View};
+use crate::camera::Camera;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
@@ -33,6 +34,48 @@ const SIDE: f32 = TILE as f32;
 pub struct Image {
     pub tiling: Tiling,
     pub triangles: Vec<u32>,
+}
+
+impl Image {
+    /// What a pixel shows, if anything.
+    pub fn triangle_at(&self, x: usize, y: usize) -> Option<u32> {
+        let triangle = self.triangles[self.tiling.index(x, y)];
+        (triangle != NONE).then_some(triangle)
+    }
+
+    /// The image of a coarse camera, whose pixels are every so many of this one's.
+    pub fn sampled(&self, coarse: &Camera, first: usize, stride: usize) -> Self {
+        let (width, height) = (coarse.width as usize, coarse.height as usize);
+        let tiling = Tiling::new(width, height);
+        let mut triangles = vec![NONE; tiling.tiles() * TILE_PIXELS];
+        for y in 0..height {
+            for x in 0..width {
+                let fine = self.tiling.index(x * stride + first, y * stride + first);
+                triangles[tiling.index(x, y)] = self.triangles[fine];
+            }
+        }
+        Self { tiling, triangles }
+    }
+
+    /// Pixels that show something.
+    pub fn seen_count(&self) -> u32 {
+        let seen = self.triangles.par_iter().filter(|&&id| id != NONE);
+        seen.count() as u32
+    }
+
+    /// Of each pixel the triangle that it shows, row by row; -1 where there is none.
+    pub fn triangle_ids(&self) -> Vec<i32> {
+        let Self { tiling, triangles } = self;
+        let mut ids = Vec::with_capacity(tiling.width * tiling.height);
+        for y in 0..tiling.height {
+            for x in (0..tiling.width).step_by(TILE) {
+                let first = tiling.index(x, y);
+                let of_tile = &triangles[first..first + TILE.min(tiling.width - x)];
+                ids.extend(of_tile.iter().map(|&id| id as i32));
+            }
+        }
+        ids
+    }
 }
 
 pub fn rasterize(view: &View, scene: &Scene) -> Image {

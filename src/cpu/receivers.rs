@@ -137,6 +137,23 @@ impl<'a> Receivers<'a> {
         ReceiverRay::new(self.scene, self.camera, self.light, pixel as u32, triangle)
     }
 
+    /// Gives each block of eight rows that has receivers, with its first column.
+    #[inline(always)]
+    pub fn each_block<S: Simd>(
+        &self,
+        simd: S,
+        y: usize,
+        mut work: impl FnMut(usize, &BlockReceivers<S>),
+    ) {
+        let mut known = KnownPlanes::default();
+        let mut block = BlockReceivers::none(simd);
+        for x in (0..self.image.tiling.width).step_by(BLOCK) {
+            if self.block(simd, (x, y), 0..BLOCK, &mut known, &mut block) {
+                work(x, &block);
+            }
+        }
+    }
+
     /// Finds those of some rows of the block whose first pixel that is; `false` where nothing there is seen and faces
     /// the light.
     #[inline(always)]
@@ -307,7 +324,7 @@ impl ViewFromEye {
 }
 
 #[inline(always)]
-fn splat64<S: Simd>(simd: S, value: f64) -> f64x8<S> {
+pub fn splat64<S: Simd>(simd: S, value: f64) -> f64x8<S> {
     f64x8::simd_from(simd, value)
 }
 
@@ -318,13 +335,13 @@ fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
 
 /// A linear function of (point, 1).
 #[inline(always)]
-fn function_of<S: Simd>(simd: S, row: DVec4, [x, y, z]: &[f64x8<S>; 3]) -> f64x8<S> {
+pub fn function_of<S: Simd>(simd: S, row: DVec4, [x, y, z]: &[f64x8<S>; 3]) -> f64x8<S> {
     let last = z.mul_add(splat64(simd, row.z), splat64(simd, row.w));
     x.mul_add(splat64(simd, row.x), y.mul_add(splat64(simd, row.y), last))
 }
 
 #[inline(always)]
-fn narrow<S: Simd>(v: f64x8<S>) -> f32x8<S> {
+pub fn narrow<S: Simd>(v: f64x8<S>) -> f32x8<S> {
     let (low, high) = v.split();
     low.narrow(high)
 }

@@ -91,3 +91,53 @@ impl SampledReceivers {
         })
     }
 }
+
+/// Of samples of about `resolution` pixels along the longer side of the image: pixels from one to the next.
+pub fn stride(camera: &Camera, resolution: u32) -> u32 {
+    let side = camera.width.max(camera.height);
+    ((side + resolution / 2) / resolution).max(1)
+}
+
+/// The first of the samples lies in the middle of its block, or in a smaller image.
+pub fn first_sample(camera: &Camera, stride: u32) -> u32 {
+    (stride / 2).min(camera.width.min(camera.height) - 1)
+}
+
+/// The camera whose pixels' centres are those of every `stride`-th pixel.
+pub fn coarse_camera(camera: &Camera, stride: u32) -> Camera {
+    let first = first_sample(camera, stride);
+    let scale = f64::from(stride);
+    Camera {
+        focal: camera.focal / scale,
+        centre: (camera.centre - f64::from(first) - 0.5) / scale + 0.5,
+        width: (camera.width - first).div_ceil(stride),
+        height: (camera.height - first).div_ceil(stride),
+        ..camera.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat4, DVec2};
+
+    #[test]
+    fn coarse_pixels_have_the_rays_of_fine_ones() {
+        for (width, height) in [(7, 5), (1, 1), (64, 3), (1920, 1080)] {
+            let focal = DVec2::new(900.0, 880.0);
+            let centre = DVec2::new(3.1, 2.7);
+            let camera =
+                Camera::new(DMat4::IDENTITY, focal, centre, (width, height), (0.1, 9.0)).unwrap();
+            for stride in [1, 2, 3, 11] {
+                let coarse = coarse_camera(&camera, stride);
+                let first = first_sample(&camera, stride);
+                for (column, row) in [(0, 0), (coarse.width - 1, coarse.height - 1)] {
+                    let (x, y) = (column * stride + first, row * stride + first);
+                    assert!(x < width && y < height);
+                    let fine = camera.ray_from_pixel(x, y);
+                    assert!((coarse.ray_from_pixel(column, row) - fine).length() < 1e-12);
+                }
+            }
+        }
+    }
+}

@@ -3,7 +3,6 @@
 pub mod acceleration;
 pub mod adapters;
 pub mod device;
-pub mod facts;
 mod gathering;
 pub mod kernel;
 pub mod passes;

@@ -1,11 +1,11 @@
 //! The recording of a frame: passes in order, each with a label that is also its timer's key.
 
 use super::device::{Gpu, UNUSED_IMAGE};
-use super::facts::{Facts, FactsOfPasses};
 use super::gathering::Member;
 use super::kernel::{Dispatch, Draw, Groups, Vertices};
 use super::pool::PooledBuffer;
 use crate::error::{Error, Result};
+use crate::stats::{Facts, FactsOfPasses};
 use bytemuck::Pod;
 use std::marker::PhantomData;
 use std::sync::Arc;

@@ -1,6 +1,5 @@
 //! Tests that float32 leaves open, `shaders/lib/unsure.wgsl`: noted on the device, decided on the CPU in float64.
 
-use super::facts::{Fact, Facts};
 use super::pool::PooledBuffer;
 use super::recording::{Read, ReadResults, Recording, Source};
 use super::scene_tables::Room;
@@ -9,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::light::Light;
 use crate::occlusion::ReceiverRay;
 use crate::scene::Scene;
+use crate::stats::{Fact, Facts};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 

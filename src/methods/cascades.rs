@@ -45,7 +45,7 @@ impl ShadowMethod for Cascades {
          shadow maps for large-scale virtual environments. VRCIA. Lauritzen, A., Salvi, M., and \
          Lefohn, A. 2011. Sample distribution shadow maps. I3D.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let slabs = Slabs {
             count: self.layers,
             splits: self.splits,
@@ -54,6 +54,6 @@ impl ShadowMethod for Cascades {
             snaps: self.snap,
         };
         let layers = fit_cascades(view, slabs, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

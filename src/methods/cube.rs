@@ -35,21 +35,26 @@ impl ShadowMethod for Cube {
     const CITATION: &'static str = "Navrátil, J. Doctoral thesis, Brno University of Technology, \
          section 3.3.1.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let axes = match self.turned {
-            true => cube_off_edges(view.scene),
+            true => cube_off_edges(view.setting().scene),
             false => DMat3::IDENTITY,
         };
         let cut = self.cut.snapped_where(self.snap);
         let layers = fit(view, axes, cut, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }
 
 /// Of a light with a position, the only one that has a cube.
-pub fn fit(view: &mut View, axes: DMat3, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
-    position_of(view.light, Cube::NAME)?;
+pub fn fit(
+    view: &mut dyn ReceiverQueries<'_>,
+    axes: DMat3,
+    cut: Cut,
+    resolution: u32,
+) -> Result<Vec<Layer>> {
     let setting = view.setting();
+    position_of(setting.light, Cube::NAME)?;
     let faces = layers_around(setting, |position| {
         turned_cube_faces(position, axes, setting.scene.bounds())
     });

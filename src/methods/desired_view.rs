@@ -25,9 +25,9 @@ impl ShadowMethod for DesiredView {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
          mapping. Journal of Graphics Tools 7(4).";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let cut = Cut::Receivers.snapped_where(self.snap);
         let layers = fit_boxes(view, Turn::Still, cut, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

@@ -30,17 +30,17 @@ impl ShadowMethod for DualParaboloid {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Shadow \
          mapping for hemispherical and omnidirectional light sources. Computer Graphics International.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let cut = self.cut.snapped_where(self.snap);
         let layers = fit(view, cut, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }
 
 /// Of a light with a position, the only one that has halves.
-pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
-    position_of(view.light, DualParaboloid::NAME)?;
+pub fn fit(view: &mut dyn ReceiverQueries<'_>, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
     let setting = view.setting();
+    position_of(setting.light, DualParaboloid::NAME)?;
     let halves = layers_around(setting, |position| halves_of_light(setting, position));
     cut_layers(view, halves, cut, resolution)
 }

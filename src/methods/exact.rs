@@ -57,18 +57,18 @@ impl ShadowMethod for Exact {
     const CITATION: &'static str = "Johnson, G., Lee, J., Burns, C., and Mark, W. 2005. The \
          irregular Z-buffer. ACM Transactions on Graphics 24(4).";
 
-    const ON_CPU: Option<AnswerOnCpu<Self>> = Some(|_, frame| Ok(frame.exact()));
+    const IS_ON_CPU: bool = true;
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
-        let mut layers = Vec::new();
-        for layer in self.fit(view)? {
-            layers.push(match self.warp {
-                Warp::None => WarpedLayer::from(layer),
-                Warp::Rectilinear => by_distance(view, layer)?,
-                Warp::NonOrthogonal => by_count(view, layer)?,
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
+        view.exact(|view| {
+            let layers = self.fit(view)?.into_iter();
+            let warped = layers.map(|layer| match self.warp {
+                Warp::None => Ok(LayerOf::<V>::from(layer)),
+                Warp::Rectilinear => by_distance(view, layer),
+                Warp::NonOrthogonal => by_count(view, layer),
             });
-        }
-        view.listed_shadows(&layers)
+            warped.collect()
+        })
     }
 }
 
@@ -81,7 +81,7 @@ const RTW_BLUR: f64 = 3.0;
 impl Exact {
     /// The desired view's layers, but all of them with straight edges: a cone that is too wide for one
     /// perspective takes faces of a cube.
-    fn fit(&self, view: &mut View) -> Result<Vec<Layer>> {
+    fn fit<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<Vec<Layer>> {
         let layers = fit_straight_boxes(view, FEWEST_TEXELS)?;
         let resolution = self.resolution.unwrap_or_else(|| {
             let receivers = f64::from(view.facing_count()) / layers.len().max(1) as f64;
@@ -95,7 +95,7 @@ impl Exact {
     }
 }
 
-fn by_distance(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
+fn by_distance<'a, V: Verbs<'a>>(view: &mut V, layer: Layer) -> Result<LayerOf<'a, V>> {
     rectilinear(view, layer, CELLS, RTW_BLUR, |view, layer| {
         let factors = Factors {
             distance: true,
@@ -105,7 +105,7 @@ fn by_distance(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
     })
 }
 
-fn by_count(view: &mut View, layer: Layer) -> Result<WarpedLayer> {
+fn by_count<'a, V: Verbs<'a>>(view: &mut V, layer: Layer) -> Result<LayerOf<'a, V>> {
     let fit = CountFit {
         smoothing: f64::from(CELLS) / 16.0,
         exponent: 1.0,

@@ -8,7 +8,7 @@ use crate::fits::improved_paraboloid::{Zoom, fit_improved_paraboloid};
 use glam::DMat3;
 
 /// The maps around the receivers, for a cut and a resolution. A layer without receivers is left out.
-type Layers = fn(&mut View, Cut, u32) -> Result<Vec<Layer>>;
+type Layers = fn(&mut dyn FitQueries<'_>, Cut, u32) -> Result<Vec<Layer>>;
 
 /// Which maps there are, before they are warped.
 #[derive(Clone, Copy)]
@@ -61,10 +61,13 @@ pub const FITS: Choices<Fit> = &[
         "cube",
         still(|view, cut, size| cube::fit(view, DMat3::IDENTITY, cut, size)),
     ),
-    ("dual_paraboloid", still(dual_paraboloid::fit)),
+    (
+        "dual_paraboloid",
+        still(|view, cut, size| dual_paraboloid::fit(view, cut, size)),
+    ),
     (
         "improved_paraboloid",
         turning(|view, _, size| fit_improved_paraboloid(view, Zoom::Receivers, size)),
     ),
-    ("spot", still(spot::fit)),
+    ("spot", still(|view, cut, size| spot::fit(view, cut, size))),
 ];

@@ -27,12 +27,12 @@ impl ShadowMethod for Focused {
     const CITATION: &'static str = "Brabec, S., Annen, T., and Seidel, H.-P. 2002. Practical shadow \
          mapping. Journal of Graphics Tools 7(4).";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let target = self.fitting.target(self.map.resolution);
         let layers = match self.snap {
             true => still_layers(view, target)?,
             false => fit_light_matrices(view, target, |subject| subject.focused(target.size))?,
         };
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

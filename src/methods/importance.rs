@@ -7,12 +7,8 @@
 use super::fit::FITS;
 use super::prelude::*;
 use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value, chosen};
-use crate::gpu::passes::blend_importance::blend_importance;
-use crate::gpu::passes::importance_map::{Factors, ImportanceMap};
-use crate::gpu::passes::warp_map::WarpMap;
-use crate::gpu::pool::PooledBuffer;
-use crate::gpu::view::{Analysed, MapSettings};
-use crate::importance::{EdgeBias, Grid, OldImportance};
+use crate::importance::{EdgeBias, Factors, Grid, ImportanceMap, OldImportance};
+use crate::map_settings::MapSettings;
 use crate::warp::MAX_CELLS;
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;
@@ -96,31 +92,31 @@ impl AnalysisParameters {
     }
 
     /// The layers that are warped.
-    pub fn layers(&self, view: &mut View, resolution: u32) -> Result<Vec<Layer>> {
+    pub fn layers(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
         let cut = Cut::Receivers.snapped_where(self.snap);
         (chosen(&self.fit, FITS).layers)(view, cut, resolution)
     }
 }
 
-/// The functions with what the layers of a frame share, on the device.
-pub struct Analysis<'a> {
+/// The functions with what the layers of a frame share.
+pub struct Analysis<'p, 'a, V: Verbs<'a>> {
     importance: Functions,
-    given: &'a AnalysisParameters,
-    boundary: Option<Grid<PooledBuffer>>,
-    pixel_weights: Option<Grid<PooledBuffer>>,
-    map_weights: Option<Grid<PooledBuffer>>,
+    given: &'p AnalysisParameters,
+    boundary: Option<Grid<V::Values>>,
+    pixel_weights: Option<Grid<V::Values>>,
+    map_weights: Option<Grid<V::Values>>,
 }
 
-impl<'a> Analysis<'a> {
+impl<'p, 'a, V: Verbs<'a>> Analysis<'p, 'a, V> {
     /// Uploads and first passes, once for all layers.
     pub fn new(
         importance: Functions,
-        given: &'a AnalysisParameters,
-        view: &mut View,
+        given: &'p AnalysisParameters,
+        view: &mut V,
         map: MapSettings,
         layers: &[Layer],
     ) -> Result<Self> {
-        let camera = view.camera;
+        let camera = view.setting().camera;
         if let Some(weights) = &given.pixel_weights {
             let (rows, columns) = (camera.height as usize, camera.width as usize);
             ensure_value!(
@@ -130,14 +126,10 @@ impl<'a> Analysis<'a> {
                 weights.columns
             );
         }
-        let frame = view.frame();
-        let upload = |what, weights: &Option<Array>| -> Result<_> {
+        let mut upload = |what, weights: &Option<Array>| {
             let uploaded = weights.as_ref().map(|weights| {
-                Ok(Grid {
-                    values: frame.constants(what, &weights.values)?,
-                    columns: weights.columns as u32,
-                    rows: weights.rows as u32,
-                })
+                let size = [weights.columns as u32, weights.rows as u32];
+                view.weights(what, &weights.values, size)
             });
             uploaded.transpose()
         };
@@ -148,8 +140,8 @@ impl<'a> Analysis<'a> {
             let small = layers
                 .iter()
                 .map(|layer| layer.with_resolution(given.analysis_resolution));
-            let plain = view.shadows(map.without_filter(), small)?;
-            boundary = Some(view.boundary(&plain.visibility, given.boundary_weight)?);
+            let (map, small) = (map.without_filter(), small.collect());
+            boundary = Some(view.boundary(map, small, given.boundary_weight)?);
         }
         Ok(Self {
             importance,
@@ -200,10 +192,10 @@ impl<'a> Analysis<'a> {
     /// `blend_importance`.
     pub fn blend(
         &self,
-        view: &mut View,
+        view: &mut V,
         layer: &Layer,
-        map: &ImportanceMap,
-        warp: Option<&WarpMap>,
+        map: &mut ImportanceMap<V::Values>,
+        warp: Option<&V::Warp>,
     ) -> Result<()> {
         if self.given.previous.is_empty() || self.given.blend == 0.0 {
             return Ok(());
@@ -242,40 +234,56 @@ impl<'a> Analysis<'a> {
             old_from_new,
             share: self.given.blend,
         };
-        blend_importance(view.frame(), map, old, warp)
+        view.blend_importance(map, old, warp)
     }
 
-    /// What the light sees of a layer, where a factor or the direction asks for it.
+    /// What the light sees of a layer, where a factor or the direction asks for it, and its shadow edges.
     pub fn look(
         &self,
-        view: &mut View,
+        view: &mut V,
         layer: &Layer,
         direction: Direction,
-    ) -> Result<Option<Analysed>> {
+    ) -> Result<Seen<V::Analysed, V::Values>> {
         if direction == Direction::Backward {
-            return Ok(None);
+            return Ok(Seen::default());
         }
-        let mut analysed =
-            view.depth_image(layer.with_resolution(self.given.analysis_resolution))?;
-        if self.importance.shadow_edge {
-            // A light's image of a slope has steps of about a texel; what is beyond them is an edge.
-            let bias = self
-                .given
-                .edge_bias
-                .map_or(EdgeBias::Texels(2.0), EdgeBias::Constant);
-            view.shadow_edges(&mut analysed, bias, self.given.edge_floor)?;
-        }
-        Ok(Some(analysed))
+        let analysed = view.depth_image(layer.with_resolution(self.given.analysis_resolution))?;
+        // A light's image of a slope has steps of about a texel; what is beyond them is an edge.
+        let bias = self
+            .given
+            .edge_bias
+            .map_or(EdgeBias::Texels(2.0), EdgeBias::Constant);
+        let has_edges = self.importance.shadow_edge;
+        let edges = has_edges.then(|| view.shadow_edges(&analysed, bias, self.given.edge_floor));
+        Ok(Seen {
+            edges: edges.transpose()?,
+            analysed: Some(analysed),
+        })
     }
 
-    pub fn factors<'b>(&'b self, analysed: Option<&'b Analysed>) -> Factors<'b> {
+    pub fn factors<'f>(&'f self, seen: &'f Seen<V::Analysed, V::Values>) -> Factors<'f, V::Values> {
         Factors {
             distance: self.importance.distance,
             normal: self.importance.normal.then_some(self.given.normal_bonus),
-            shadow_edge: analysed.and_then(|analysed| analysed.edges.as_ref()),
+            shadow_edge: seen.edges.as_ref(),
             boundary: self.boundary.as_ref(),
             pixel_weights: self.pixel_weights.as_ref(),
             map_weights: self.map_weights.as_ref(),
+        }
+    }
+}
+
+/// What the light sees of a layer.
+pub struct Seen<Analysed, Values> {
+    pub analysed: Option<Analysed>,
+    edges: Option<Grid<Values>>,
+}
+
+impl<Analysed, Values> Default for Seen<Analysed, Values> {
+    fn default() -> Self {
+        Self {
+            analysed: None,
+            edges: None,
         }
     }
 }

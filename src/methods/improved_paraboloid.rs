@@ -40,8 +40,8 @@ impl ShadowMethod for ImprovedParaboloid {
     const CITATION: &'static str = "Vanek, J., Navrátil, J., Herout, A., and Zemčík, P. 2011. \
          High-quality shadows with improved paraboloid mapping. ISVC.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let layers = fit_improved_paraboloid(view, self.cut, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

@@ -27,16 +27,16 @@ impl ShadowMethod for LightSpacePerspective {
     const CITATION: &'static str = "Wimmer, M., Scherzer, D., and Purgathofer, W. 2004. Light space \
          perspective shadow maps. Eurographics Symposium on Rendering.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let layers = self.fit(view, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }
 
 impl LightSpacePerspective {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut View, resolution: u32) -> Result<Vec<Layer>> {
-        let (camera, target) = (view.camera, self.fitting.target(resolution));
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.setting().camera, self.fitting.target(resolution));
         fit_light_matrices(view, target, |subject| {
             light_space_perspective(subject, camera, target.size)
         })

@@ -1,12 +1,10 @@
 //! What a method is.
 
 use super::schema::{ParameterGroup, Schema};
-use crate::cpu;
 use crate::error::Result;
-use crate::gpu::view::{Recorded, View};
-
-/// What answers a method on the CPU: 1 lit, 0 in shadow, NaN where nothing is seen, row by row.
-pub type AnswerOnCpu<M> = fn(&M, &mut cpu::Frame) -> Result<Vec<f32>>;
+use crate::fits::layer::Layer;
+use crate::map_settings::MapSettings;
+use crate::verbs::{LayerOf, Verbs};
 
 /// A shadow method with its parameters.
 pub trait ShadowMethod: ParameterGroup {
@@ -27,11 +25,21 @@ pub trait ShadowMethod: ParameterGroup {
         Ok(())
     }
 
-    /// The method's form on the CPU engine, if it has one.
-    const ON_CPU: Option<AnswerOnCpu<Self>> = None;
+    /// Whether the CPU engine has all of the method's verbs.
+    const IS_ON_CPU: bool = false;
 
-    /// Records the method's passes on the GPU engine.
-    fn record(&self, view: &mut View) -> Result<Recorded>;
+    /// Records the method's passes.
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded>;
+}
+
+/// Layers without a warp as maps, and receivers against them.
+pub fn mapped_shadows<'a, V: Verbs<'a>>(
+    view: &mut V,
+    map: MapSettings,
+    layers: Vec<Layer>,
+) -> Result<V::Recorded> {
+    let layers = layers.into_iter().map(LayerOf::<V>::from).collect();
+    view.shadows(map, layers)
 }
 
 /// What a user can ask about a method.

@@ -25,9 +25,9 @@ impl ShadowMethod for MinimalShadowMap {
     const CITATION: &'static str = "Milet, T., Navrátil, J., and Zemčík, P. 2015. An improved \
          non-orthogonal texture warping for better shadow rendering. WSCG, section 3.2.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let turn = Turn::SmallestRectangle;
         let layers = fit_boxes(view, turn, Cut::Receivers, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

@@ -29,9 +29,8 @@ mod spot;
 mod uniform;
 mod warps;
 
-use crate::cpu;
 use crate::error::{Error, Result};
-use crate::gpu::view::{Recorded, View};
+use crate::verbs::Verbs;
 pub use method::Description;
 use method::ShadowMethod;
 use schema::{ParameterGroup, Parameters, Schema};
@@ -51,7 +50,7 @@ macro_rules! methods {
                     title: <$type>::TITLE,
                     citation: <$type>::CITATION,
                     schema: <$type>::SCHEMA,
-                    is_on_cpu: <$type>::ON_CPU.is_some(),
+                    is_on_cpu: <$type>::IS_ON_CPU,
                 },)+]
             }
 
@@ -82,19 +81,10 @@ macro_rules! methods {
                 }
             }
 
-            pub fn record(&self, view: &mut View) -> Result<Recorded> {
+            /// Records the method's passes on an engine.
+            pub fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
                 match self {
                     $(Self::$variant(method) => method.record(view),)+
-                }
-            }
-
-            /// The visibility image by the CPU engine, for a method that has a form there.
-            pub fn answer_on_cpu(&self, frame: &mut cpu::Frame) -> Result<Vec<f32>> {
-                match self {
-                    $(Self::$variant(method) => match <$type>::ON_CPU {
-                        Some(answer) => answer(method, frame),
-                        None => unreachable!("{} is given to the GPU", <$type>::NAME),
-                    },)+
                 }
             }
         }

@@ -23,9 +23,9 @@
 use super::importance::{Analysis, AnalysisParameters, Direction, Functions};
 use super::prelude::*;
 use super::warps::non_orthogonal;
-use crate::gpu::passes::rasterize::{Rasterization, max_bands};
-use crate::gpu::passes::warp_map::WarpMap;
+use crate::gpu::passes::rasterize::max_bands;
 use crate::importance::Importance;
+use crate::map_settings::Rasterization;
 use crate::warp::{Axis, CountFit, MAX_CELLS};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
@@ -67,11 +67,11 @@ impl ShadowMethod for NonOrthogonalWarp {
         self.given.check()
     }
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let (map, cells) = (self.map.settings(), self.given.importance_resolution);
         let layers = self.given.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
-        let unit = analysis.count_unit(view.camera.pixel_count());
+        let unit = analysis.count_unit(view.setting().camera.pixel_count());
         // Counts are of receivers; shadow edges are seen from the light.
         let direction = if self.importance.shadow_edge {
             Direction::Hybrid
@@ -80,13 +80,13 @@ impl ShadowMethod for NonOrthogonalWarp {
         };
         let mut warped = Vec::new();
         for layer in layers {
-            let analysed = analysis.look(view, &layer, direction)?;
-            let factors = analysis.factors(analysed.as_ref());
-            let counts = |view: &mut View, layer: &Layer, axis: Axis, warp: &WarpMap| {
+            let seen = analysis.look(view, &layer, direction)?;
+            let factors = analysis.factors(&seen);
+            let counts = |view: &mut V, layer: &Layer, axis: Axis, warp: &V::Warp| {
                 let counted = Importance::Count { along: axis, unit };
-                let counts = view.importance_map(layer, cells, counted, factors, Some(warp))?;
+                let mut counts = view.importance_map(layer, cells, counted, factors, Some(warp))?;
                 let along_x = (axis == Axis::Y).then_some(warp);
-                analysis.blend(view, layer, &counts, along_x)?;
+                analysis.blend(view, layer, &mut counts, along_x)?;
                 Ok(counts)
             };
             let functions = [self.functions(), cells];

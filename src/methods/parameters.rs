@@ -7,11 +7,8 @@ use super::schema::{
 use crate::error::{Error, Result};
 use crate::fits::hull::MapSize;
 use crate::fits::matrix_layers::{Extent, Target};
-use crate::gpu::passes::bias::{Bias, BiasRule};
-use crate::gpu::passes::lookup::{Comparison, Filter};
-use crate::gpu::passes::rasterize::Rasterization;
-use crate::gpu::view::MapSettings;
 use crate::light::Light;
+use crate::map_settings::{Bias, BiasRule, Comparison, Filter, MapSettings, Rasterization};
 use glam::DVec3;
 use std::borrow::Cow;
 

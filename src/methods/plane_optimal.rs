@@ -27,8 +27,11 @@ impl ShadowMethod for PlaneOptimal {
     const CITATION: &'static str = "Chong, H. Y., and Gortler, S. J. 2004. A lixel for every pixel. \
          Eurographics Symposium on Rendering.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
-        let (camera, target) = (view.camera, self.fitting.target(self.map.resolution));
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
+        let (camera, target) = (
+            view.setting().camera,
+            self.fitting.target(self.map.resolution),
+        );
         let (points, normals) = view.samples(target.sample_resolution)?.seen();
         let layers = match dominant_plane(&points, &normals) {
             None => vec![],
@@ -36,6 +39,6 @@ impl ShadowMethod for PlaneOptimal {
                 plane_optimal(subject, camera, plane, target.extent, target.size)
             })?,
         };
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

@@ -1,6 +1,6 @@
 //! What nearly every method names.
 
-pub(crate) use super::method::{AnswerOnCpu, ShadowMethod};
+pub(crate) use super::method::{ShadowMethod, mapped_shadows};
 pub(crate) use super::parameters::{
     FitParameters, MARGIN, MapParameters, SAMPLE_RESOLUTION, SNAP, position_of,
 };
@@ -12,4 +12,4 @@ pub(crate) use crate::error::{Error, Result, ensure_value};
 pub(crate) use crate::fits::boxes::{Cut, Turn, cut_layers, fit_boxes};
 pub(crate) use crate::fits::layer::Layer;
 pub(crate) use crate::fits::receivers::ReceiverQueries;
-pub(crate) use crate::gpu::view::{Recorded, View, WarpedLayer};
+pub(crate) use crate::verbs::{FitQueries, LayerOf, Verbs};

@@ -26,11 +26,14 @@ impl ShadowMethod for Perspective {
     const CITATION: &'static str = "Stamminger, M., and Drettakis, G. 2002. Perspective shadow maps. \
          SIGGRAPH.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
-        let (camera, target) = (view.camera, self.fitting.target(self.map.resolution));
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
+        let (camera, target) = (
+            view.setting().camera,
+            self.fitting.target(self.map.resolution),
+        );
         let layers = fit_light_matrices(view, target, |subject| {
             perspective(subject, camera, target.size)
         })?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

@@ -13,15 +13,7 @@
 //! Limits: a moving scene pays for the build in every frame.
 
 use super::prelude::*;
-
-/// Who searches for the triangles that a ray may meet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Traversal {
-    /// Ray queries on a GPU that has them, else compute.
-    Auto,
-    Compute,
-    Hardware,
-}
+use crate::verbs::Traversal;
 
 const TRAVERSALS: Choices<Traversal> = &[
     ("auto", Traversal::Auto),
@@ -41,35 +33,9 @@ impl ShadowMethod for RayTraced {
     const CITATION: &'static str =
         "Smits, B. 1998. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2).";
 
-    const ON_CPU: Option<AnswerOnCpu<Self>> = Some(|method, frame| match method.traversal {
-        Traversal::Hardware => Err(no_hardware("the CPU engine has no ray queries")),
-        Traversal::Auto | Traversal::Compute => frame.shadow_rays(),
-    });
+    const IS_ON_CPU: bool = true;
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
-        let structure = match self.traversal {
-            Traversal::Auto => view.preferred_structure(),
-            Traversal::Compute => None,
-            Traversal::Hardware => {
-                Some(view.acceleration_structure().map_err(|error| match error {
-                    Error::Device(reason) => no_hardware(&reason),
-                    other => other,
-                })?)
-            }
-        };
-        let visibility = match structure {
-            Some(structure) => view.ray_queries(&structure)?,
-            None => view.shadow_rays()?,
-        };
-        Ok(Recorded {
-            visibility,
-            layers: vec![],
-        })
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
+        view.shadow_rays(self.traversal)
     }
-}
-
-fn no_hardware(reason: &str) -> Error {
-    Error::Device(format!(
-        "traversal='hardware' cannot be: {reason}; take traversal='compute' or 'auto'"
-    ))
 }

@@ -56,22 +56,22 @@ impl ShadowMethod for RectilinearWarp {
         Ok(())
     }
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let (map, cells) = (self.map.settings(), self.given.importance_resolution);
         let layers = self.given.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let mut warped = Vec::new();
         for layer in layers {
-            let importance = |view: &mut View, layer: &Layer| {
-                let analysed = analysis.look(view, layer, self.analysis)?;
-                let factors = analysis.factors(analysed.as_ref());
-                let importance = match (self.analysis, &analysed) {
+            let importance = |view: &mut V, layer: &Layer| {
+                let seen = analysis.look(view, layer, self.analysis)?;
+                let factors = analysis.factors(&seen);
+                let mut importance = match (self.analysis, &seen.analysed) {
                     (Direction::Forward, Some(analysed)) => {
                         view.forward_importance(analysed, cells, factors)?
                     }
                     _ => view.importance_map(layer, cells, Importance::Maximum, factors, None)?,
                 };
-                analysis.blend(view, layer, &importance, None)?;
+                analysis.blend(view, layer, &mut importance, None)?;
                 Ok(importance)
             };
             warped.push(rectilinear(view, layer, cells, self.blur, importance)?);

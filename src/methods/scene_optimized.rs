@@ -52,17 +52,16 @@ impl ShadowMethod for SceneOptimized {
     const CITATION: &'static str = "Chong, H. Y., and Gortler, S. J. 2007. Scene optimized shadow \
          mapping. Harvard University, TR-07-07.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let layers = self.fit(view, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }
 
 impl SceneOptimized {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut View, resolution: u32) -> Result<Vec<Layer>> {
-        let image = view.sampled_image(self.sample_resolution)?;
-        let samples = &image.receivers;
+    pub fn fit(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+        let samples = &view.samples(self.sample_resolution)?;
         let size = MapSize {
             resolution,
             margin: self.margin,
@@ -75,7 +74,7 @@ impl SceneOptimized {
                     return Ok(vec![]);
                 }
                 let map = self.map.settings().without_filter();
-                let visibility = view.sampled_visibility(&image, map, focused)?;
+                let visibility = view.sampled_visibility(samples, map, focused)?;
                 chosen_samples(samples, self.samples, &visibility)
             }
         };
@@ -87,7 +86,7 @@ impl SceneOptimized {
         let start = Instant::now();
         let (layers, h) = fit_scene_optimized(view, samples, chosen, search);
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        view.frame().add_time(LABEL, milliseconds);
+        view.add_time(LABEL, milliseconds);
         view.measure("h", h);
         Ok(layers)
     }

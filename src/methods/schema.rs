@@ -4,7 +4,7 @@
 //! values are checked here too, so that both entries refuse the same values in the same words.
 
 use crate::error::{Error, Result};
-use crate::gpu::passes::lookup::Filter;
+use crate::map_settings::Filter;
 use glam::DMat4;
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -29,11 +29,7 @@ impl ShadowMethod for ShadowVolumes {
     const CITATION: &'static str =
         "Crow, F. 1977. Shadow algorithms for computer graphics. SIGGRAPH 1977.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
-        let visibility = view.shadow_volumes()?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![],
-        })
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
+        view.shadow_volumes()
     }
 }

@@ -28,21 +28,22 @@ impl ShadowMethod for Spot {
     const CITATION: &'static str = "Williams, L. 1978. Casting curved shadows on curved surfaces. \
          SIGGRAPH.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let cut = self.cut.snapped_where(self.snap);
         let layers = fit(view, cut, self.map.resolution)?;
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }
 
 /// Of a spot light.
-pub fn fit(view: &mut View, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
+pub fn fit(view: &mut dyn ReceiverQueries<'_>, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
+    let setting = view.setting();
     ensure_value!(
-        matches!(view.light, Light::Spot { .. }),
+        matches!(setting.light, Light::Spot { .. }),
         "method \"{}\" needs a spot light, got a {} light",
         Spot::NAME,
-        view.light.kind()
+        setting.light.kind()
     );
-    let layers = layers_of_light(view.setting());
+    let layers = layers_of_light(setting);
     cut_layers(view, layers, cut, resolution)
 }

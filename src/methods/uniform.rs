@@ -25,9 +25,9 @@ impl ShadowMethod for Uniform {
     const CITATION: &'static str =
         "Williams, L. 1978. Casting curved shadows on curved surfaces. SIGGRAPH.";
 
-    fn record(&self, view: &mut View) -> Result<Recorded> {
+    fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let layers = fit_scene(view.setting(), self.map.resolution);
         view.skip(receivers::LABEL);
-        view.shadows(self.map.settings(), layers)
+        mapped_shadows(view, self.map.settings(), layers)
     }
 }

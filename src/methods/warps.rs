@@ -2,28 +2,26 @@
 
 use crate::error::Result;
 use crate::fits::layer::Layer;
-use crate::gpu::passes::importance_map::ImportanceMap;
-use crate::gpu::passes::warp_map::WarpMap;
-use crate::gpu::view::{View, WarpedLayer};
+use crate::importance::ImportanceMap;
+use crate::verbs::{LayerOf, Verbs, WarpedLayer};
 use crate::warp::{Axis, CountFit};
 
 /// One function for all rows and one for all columns, by the maxima of an importance map (Rosen); `blur` is a standard
 /// deviation in cells.
-pub fn rectilinear(
-    view: &mut View,
+pub fn rectilinear<'a, V: Verbs<'a>>(
+    view: &mut V,
     layer: Layer,
     cells: u32,
     blur: f64,
-    importance: impl FnOnce(&mut View, &Layer) -> Result<ImportanceMap>,
-) -> Result<WarpedLayer> {
+    importance: impl FnOnce(&mut V, &Layer) -> Result<ImportanceMap<V::Values>>,
+) -> Result<LayerOf<'a, V>> {
     let resolution = layer.projection.width;
-    let warp = WarpMap::new(view.frame(), 1, cells, resolution)?;
+    let mut warp = view.warp(1, cells, resolution)?;
     let importance = importance(view, &layer)?;
-    let frame = view.frame();
     for axis in [Axis::X, Axis::Y] {
-        warp.fit_maxima(frame, axis, resolution, &importance.values, blur)?;
+        view.fit_maxima(&mut warp, axis, resolution, &importance, blur)?;
     }
-    warp.finish(frame, resolution);
+    view.finish_warp(&mut warp, resolution);
     Ok(WarpedLayer {
         layer,
         warp: Some(warp),
@@ -33,22 +31,22 @@ pub fn rectilinear(
 
 /// Functions for rows and for columns, by counts of receivers (Milet et al.). The counts along y are of where the
 /// functions along x put them.
-pub fn non_orthogonal(
-    view: &mut View,
+pub fn non_orthogonal<'a, V: Verbs<'a>>(
+    view: &mut V,
     layer: Layer,
     [functions, cells]: [u32; 2],
     fit: CountFit,
-    mut counts: impl FnMut(&mut View, &Layer, Axis, &WarpMap) -> Result<ImportanceMap>,
-) -> Result<WarpedLayer> {
+    mut counts: impl FnMut(&mut V, &Layer, Axis, &V::Warp) -> Result<ImportanceMap<V::Values>>,
+) -> Result<LayerOf<'a, V>> {
     let resolution = layer.projection.width;
-    let warp = WarpMap::new(view.frame(), functions, cells, resolution)?;
+    let mut warp = view.warp(functions, cells, resolution)?;
     let mut importance = None;
     for axis in [Axis::X, Axis::Y] {
         let counts = counts(view, &layer, axis, &warp)?;
-        warp.fit_counts(view.frame(), axis, resolution, &counts.values, fit)?;
+        view.fit_counts(&mut warp, axis, resolution, &counts, fit)?;
         importance.get_or_insert(counts);
     }
-    warp.finish(view.frame(), resolution);
+    view.finish_warp(&mut warp, resolution);
     Ok(WarpedLayer {
         layer,
         warp: Some(warp),

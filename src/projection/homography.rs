@@ -3,7 +3,7 @@
 //! light that is far away. With H the homography and k the convergence, homogeneous texel = H (q.x, q.y, 1 + k q.z) and
 //! depth = q.z; twin of `shaders/projection/homography.wgsl`, which argues for it.
 
-use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind, area_across};
+use super::{Formulas, Kind, LaneKind, NOWHERE, Projection, ProjectionKind, area_across};
 use crate::lanes::{Lane, V2, V3};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
@@ -29,7 +29,7 @@ impl<L: Lane> Homography<L> {
     /// How wide the rays of a bundle are at a depth, against where they cross the plane of places.
     #[inline(always)]
     fn width_at(&self, depth: L) -> L {
-        self.convergence * depth + L::from_f64(1.0)
+        self.convergence * depth + self.convergence.constant(1.0)
     }
 
     #[inline(always)]
@@ -51,7 +51,7 @@ impl<L: Lane> Homography<L> {
     /// How a place moves per texel to the right and down.
     #[inline(always)]
     fn place_slopes(&self, place: V2<L>) -> [V2<L>; 2] {
-        let w = self.texel_from_place[2].dot(place.extend(L::from_f64(1.0)));
+        let w = self.texel_from_place[2].dot(place.extend(self.convergence.constant(1.0)));
         let [x, y, z] = self.place_from_texel;
         [
             (V2::new(x.x, y.x) - place * z.x) * w,
@@ -62,10 +62,10 @@ impl<L: Lane> Homography<L> {
     /// How a place moves over some texels.
     #[inline(always)]
     fn place_step(&self, place: V2<L>, step: V2<L>) -> V2<L> {
-        let w = self.texel_from_place[2].dot(place.extend(L::from_f64(1.0)));
+        let w = self.texel_from_place[2].dot(place.extend(self.convergence.constant(1.0)));
         let [x, y, z] = self.place_from_texel.map(|row| row.xy().dot(step));
         // A neighbour near the horizon is taken for a nearer one.
-        let nearer = (L::from_f64(1.0) + w * z).max(L::from_f64(0.1));
+        let nearer = (self.convergence.constant(1.0) + w * z).max(self.convergence.constant(0.1));
         (V2::new(x, y) - place * z) * w / nearer
     }
 }
@@ -79,9 +79,9 @@ impl<L: Lane> Formulas<L> for Homography<L> {
     #[inline(always)]
     fn centred_texel_from_projected(&self, q: V3<L>) -> V2<L> {
         let texel = self.homogeneous_texel(q);
-        let is_before = L::from_f64(0.0).less(texel.z);
+        let is_before = self.convergence.constant(0.0).less(texel.z);
         // Nothing behind the horizon is in the map.
-        (texel.xy() / texel.z).map(|t| L::select(is_before, t, L::from_f64(NOWHERE)))
+        (texel.xy() / texel.z).map(|t| L::select(is_before, t, self.convergence.constant(NOWHERE)))
     }
 
     #[inline(always)]
@@ -96,13 +96,17 @@ impl<L: Lane> Formulas<L> for Homography<L> {
 
     #[inline(always)]
     fn ray_from_projected(&self, q: V3<L>) -> V3<L> {
-        self.place_from_projected(q).extend(L::from_f64(1.0))
+        self.place_from_projected(q)
+            .extend(self.convergence.constant(1.0))
     }
 
     // A texel behind the horizon has the negative of a ray, which no triangle covers.
     #[inline(always)]
     fn ray_from_texel(&self, centred: V2<L>) -> V3<L> {
-        let ray = times(&self.place_from_texel, centred.extend(L::from_f64(1.0)));
+        let ray = times(
+            &self.place_from_texel,
+            centred.extend(self.convergence.constant(1.0)),
+        );
         ray / ray.z.abs()
     }
 
@@ -118,7 +122,7 @@ impl<L: Lane> Formulas<L> for Homography<L> {
     #[inline(always)]
     fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L {
         let depth = plane.x * ray.x + (plane.y * ray.y + plane.z);
-        depth / (L::from_f64(1.0) - self.convergence * plane.xy().dot(ray.xy()))
+        depth / (self.convergence.constant(1.0) - self.convergence * plane.xy().dot(ray.xy()))
     }
 
     #[inline(always)]
@@ -143,8 +147,8 @@ impl<L: Lane> Formulas<L> for Homography<L> {
         let own = self.steepness_at(normal, place);
         let there = self.convergence * normal.xy().dot(moved) + own;
         // A neighbour whose ray runs along the plane, or away from it, is taken for one that meets it.
-        let least = L::from_f64(0.1) * own.abs();
-        let is_behind = own.less(L::from_f64(0.0));
+        let least = self.convergence.constant(0.1) * own.abs();
+        let is_behind = own.less(self.convergence.constant(0.0));
         let steepness = L::select(is_behind, there.min(-least), there.max(least));
         q.z + self.width_at(q.z) * (-normal.xy() / steepness).dot(moved)
     }
@@ -161,7 +165,7 @@ impl<L: Lane> Formulas<L> for Homography<L> {
     fn texel_width(&self, q: V3<L>) -> L {
         let place = self.place_from_projected(q);
         let w = self.texel_from_place[2]
-            .dot(place.extend(L::from_f64(1.0)))
+            .dot(place.extend(self.convergence.constant(1.0)))
             .abs();
         self.width_at(q.z) * w * w.sqrt()
     }
@@ -215,6 +219,38 @@ impl Homography {
 fn corners(half: DVec2) -> [DVec2; 4] {
     let other = DVec2::new(half.x, -half.y);
     [half, -half, other, -other]
+}
+
+impl LaneKind for Homography {
+    type Formulas<L: Lane> = Homography<L>;
+
+    #[inline(always)]
+    fn in_lanes<L: Lane>(&self, unit: f64, like: L) -> Homography<L> {
+        let [x, y, z] = self.texel_from_place;
+        let row = |v: V3<f64>, x: f64, y: f64, z: f64| {
+            V3::new(
+                like.constant(v.x * x),
+                like.constant(v.y * y),
+                like.constant(v.z * z),
+            )
+        };
+        let inverse = unit.recip();
+        let [u, v, w] = self.place_from_texel;
+        Homography {
+            texel_from_place: [
+                row(x, inverse, inverse, 1.0),
+                row(y, inverse, inverse, 1.0),
+                row(z, inverse, inverse, 1.0),
+            ],
+            place_from_texel: [
+                row(u, unit, unit, unit),
+                row(v, unit, unit, unit),
+                row(w, 1.0, 1.0, 1.0),
+            ],
+            reach: like.constant(self.reach * unit),
+            convergence: like.constant(self.convergence * inverse),
+        }
+    }
 }
 
 impl ProjectionKind for Homography {

@@ -41,6 +41,16 @@ macro_rules! kinds {
             }
         }
 
+        impl Kind {
+            /// What a visitor makes of the kind, compiled for each.
+            #[inline(always)]
+            pub fn visit<V: KindVisitor>(&self, visitor: V) -> V::Output {
+                match self {
+                    $(Self::$kind(kind) => visitor.visit(kind)),*
+                }
+            }
+        }
+
         $(impl From<$kind> for Kind {
             fn from(kind: $kind) -> Self {
                 Self::$kind(kind)
@@ -58,6 +68,20 @@ kinds! {
     Perspective,
     /// Rays from the origin, to all sides but one.
     Paraboloid
+}
+
+/// A kind as formulas for any lanes.
+pub trait LaneKind {
+    type Formulas<L: Lane>: Formulas<L>;
+
+    /// For projection space that is scaled by `unit`; `like` says which lanes.
+    fn in_lanes<L: Lane>(&self, unit: f64, like: L) -> Self::Formulas<L>;
+}
+
+pub trait KindVisitor {
+    type Output;
+
+    fn visit<K: LaneKind>(self, kind: &K) -> Self::Output;
 }
 
 /// What the shaders ask of a projection, by their names: functions of a point `q` in projection space, of the ray
@@ -309,20 +333,28 @@ impl Projection {
     /// be divided by w, the depth is as it is. Of a
     /// paraboloid, which has no such matrix, the point in the axes that it is taken in.
     pub fn texel_from_world(&self) -> DMat4 {
-        let q = DMat4::from_mat3(self.axes()) * DMat4::from_translation(-self.origin);
-        let Some([matrix, _]) = self.kind.matrices() else {
-            return q;
+        let from_origin = DMat4::from_translation(-self.origin);
+        let Some([x, y, w]) = self.homogeneous_rows() else {
+            return DMat4::from_mat3(self.axes()) * from_origin;
         };
-        let rows = q.transpose();
         let (offset, scale) = self.depth_from_z();
-        let depth = (rows.z_axis - DVec4::W * offset) * scale;
+        let depth = (self.z_axis.extend(0.0) - DVec4::W * offset) * scale;
+        DMat4::from_cols(x, y, depth, w).transpose() * from_origin
+    }
+
+    /// Column, row and w of a texel, column and row times w, as functions of (point, 1), the point relative to the
+    /// origin. `None` of a paraboloid, which has no such matrix.
+    pub fn homogeneous_rows(&self) -> Option<[DVec4; 3]> {
+        let [matrix, _] = self.kind.matrices()?;
+        let z = self.z_axis.extend(0.0);
         let last = match self.kind.is_central() {
-            true => rows.z_axis,
-            false => DVec4::W + rows.z_axis * self.kind.convergence(),
+            true => z,
+            false => DVec4::W + z * self.kind.convergence(),
         };
-        let row = |row: DVec3| rows.x_axis * row.x + rows.y_axis * row.y + last * row.z;
+        let (right, down) = (self.x_axis.extend(0.0), self.y_axis.extend(0.0));
+        let row = |row: DVec3| right * row.x + down * row.y + last * row.z;
         let [x, y, w] = [0, 1, 2].map(|i| row(matrix.row(i)));
-        DMat4::from_cols(x + w * self.centre.x, y + w * self.centre.y, depth, w).transpose()
+        Some([x + w * self.centre.x, y + w * self.centre.y, w])
     }
 
     /// (offset, scale) such that stored depth = (z - offset) * scale.

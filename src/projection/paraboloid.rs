@@ -2,7 +2,7 @@
 //! around the light reflects them. With d the direction of a point, texel = scale d.xy / (1 + d.z) and depth =
 //! distance; twin of `shaders/projection/paraboloid.wgsl`, which cites it.
 
-use super::{Formulas, Kind, NOWHERE, Projection, ProjectionKind};
+use super::{Formulas, Kind, LaneKind, NOWHERE, Projection, ProjectionKind};
 use crate::lanes::{Lane, V2, V3};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
@@ -22,13 +22,13 @@ impl<L: Lane> Paraboloid<L> {
     /// A place in the plane. Behind the light 1 + d.z cancels; there another form of it does not.
     #[inline(always)]
     fn plane_from_projected(q: V3<L>) -> V2<L> {
-        let zero = L::from_f64(0.0);
+        let zero = q.x.constant(0.0);
         let size = q.length();
         let squared = q.xy().dot(q.xy());
         let before = q.xy() / (size + q.z);
         let behind = q.xy() * ((size - q.z) / squared);
         let place = before.zip(behind, |a, b| L::select(zero.at_most(q.z), a, b));
-        let most = L::from_f64(NOWHERE);
+        let most = q.x.constant(NOWHERE);
         // Straight back there is no place.
         let is_back = squared.at_most(zero) & q.z.less(zero);
         place.map(|x| L::select(is_back, most, x.clamp(-most, most)))
@@ -64,13 +64,13 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
     #[inline(always)]
     fn ray_from_texel(&self, centred: V2<L>) -> V3<L> {
         let place = self.place(centred);
-        self.direction_from_texel(centred) / (L::from_f64(1.0) + place.dot(place))
+        self.direction_from_texel(centred) / (self.scale.x.constant(1.0) + place.dot(place))
     }
 
     #[inline(always)]
     fn direction_from_texel(&self, centred: V2<L>) -> V3<L> {
         let place = self.place(centred);
-        (place * L::from_f64(2.0)).extend(L::from_f64(1.0) - place.dot(place))
+        (place * self.scale.x.constant(2.0)).extend(self.scale.x.constant(1.0) - place.dot(place))
     }
 
     // One over the distance along a ray to a plane is linear in the ray.
@@ -81,14 +81,14 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
 
     #[inline(always)]
     fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L {
-        L::from_f64(1.0) / plane.dot(ray)
+        self.scale.x.constant(1.0) / plane.dot(ray)
     }
 
     #[inline(always)]
     fn height_slope(&self, normal: V3<L>, q: V3<L>) -> V2<L> {
-        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+        let (zero, one) = (self.scale.x.constant(0.0), self.scale.x.constant(1.0));
         let place = Self::plane_from_projected(q);
-        let growth = L::from_f64(2.0) / (one + place.dot(place));
+        let growth = self.scale.x.constant(2.0) / (one + place.dot(place));
         let ray = q / q.length();
         // The derivative of the ray by the place: `growth` across the ray, by the derivatives of the
         // unnormalized ray (2 place, 1 - place^2).
@@ -109,7 +109,7 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
     fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, most: L) -> L {
         let ray = self.ray_from_texel(self.centred_texel_from_projected(q) + step);
         let growth = normal.dot(ray) * q.length() / normal.dot(q);
-        q.length() / growth.clamp(L::from_f64(1.0) / most, most)
+        q.length() / growth.clamp(self.scale.x.constant(1.0) / most, most)
     }
 
     #[inline(always)]
@@ -129,6 +129,17 @@ impl Paraboloid {
     pub const UNIT: Self = Self {
         scale: V2 { x: 1.0, y: 1.0 },
     };
+}
+
+impl LaneKind for Paraboloid {
+    type Formulas<L: Lane> = Paraboloid<L>;
+
+    #[inline(always)]
+    fn in_lanes<L: Lane>(&self, _: f64, like: L) -> Paraboloid<L> {
+        Paraboloid {
+            scale: V2::new(like.constant(self.scale.x), like.constant(self.scale.y)),
+        }
+    }
 }
 
 impl ProjectionKind for Paraboloid {

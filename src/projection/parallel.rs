@@ -1,7 +1,7 @@
 //! Parallel rays: a directional light. Texel = (q.x, q.y), depth = q.z; twin of
 //! `shaders/projection/parallel.wgsl`.
 
-use super::{Formulas, Kind, Projection, ProjectionKind, area_across};
+use super::{Formulas, Kind, LaneKind, Projection, ProjectionKind, area_across};
 use crate::lanes::{Lane, V2, V3};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -12,7 +12,7 @@ impl<L: Lane> Formulas<L> for Parallel {
     // The edges and the rays of a parallel projection live in the plane q.z = 1.
     #[inline(always)]
     fn homogeneous_from_projected(&self, q: V3<L>) -> V3<L> {
-        q.xy().extend(L::from_f64(1.0))
+        q.xy().extend(q.x.constant(1.0))
     }
 
     #[inline(always)]
@@ -32,12 +32,12 @@ impl<L: Lane> Formulas<L> for Parallel {
 
     #[inline(always)]
     fn ray_from_projected(&self, q: V3<L>) -> V3<L> {
-        q.xy().extend(L::from_f64(1.0))
+        q.xy().extend(q.x.constant(1.0))
     }
 
     #[inline(always)]
     fn ray_from_texel(&self, centred: V2<L>) -> V3<L> {
-        centred.extend(L::from_f64(1.0))
+        centred.extend(centred.x.constant(1.0))
     }
 
     // Depth is linear in the texel: the coefficients of the plane. On a steep plane that is more precise
@@ -69,13 +69,21 @@ impl<L: Lane> Formulas<L> for Parallel {
     }
 
     #[inline(always)]
-    fn beam_growth(&self, _: V3<L>) -> L {
-        L::from_f64(1.0)
+    fn beam_growth(&self, q: V3<L>) -> L {
+        q.x.constant(1.0)
     }
 
     #[inline(always)]
-    fn texel_width(&self, _: V3<L>) -> L {
-        L::from_f64(1.0)
+    fn texel_width(&self, q: V3<L>) -> L {
+        q.x.constant(1.0)
+    }
+}
+
+impl LaneKind for Parallel {
+    type Formulas<L: Lane> = Self;
+
+    fn in_lanes<L: Lane>(&self, _: f64, _: L) -> Self {
+        Self
     }
 }
 

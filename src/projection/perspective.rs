@@ -1,7 +1,7 @@
 //! Rays from one point through a plane: the camera, a spot light, a face of a cube around a light. Texel
 //! = q.xy / q.z, depth = q.z; twin of `shaders/projection/perspective.wgsl`.
 
-use super::{Formulas, Kind, Projection, ProjectionKind, area_across};
+use super::{Formulas, Kind, LaneKind, Projection, ProjectionKind, area_across};
 use crate::lanes::{Lane, V2, V3};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -31,12 +31,12 @@ impl<L: Lane> Formulas<L> for Perspective {
 
     #[inline(always)]
     fn ray_from_projected(&self, q: V3<L>) -> V3<L> {
-        (q.xy() / q.z).extend(L::from_f64(1.0))
+        (q.xy() / q.z).extend(q.x.constant(1.0))
     }
 
     #[inline(always)]
     fn ray_from_texel(&self, centred: V2<L>) -> V3<L> {
-        centred.extend(L::from_f64(1.0))
+        centred.extend(centred.x.constant(1.0))
     }
 
     // One over depth is linear in the texel.
@@ -47,7 +47,7 @@ impl<L: Lane> Formulas<L> for Perspective {
 
     #[inline(always)]
     fn depth_on_plane(&self, plane: V3<L>, ray: V3<L>) -> L {
-        L::from_f64(1.0) / (plane.x * ray.x + (plane.y * ray.y + plane.z))
+        ray.x.constant(1.0) / (plane.x * ray.x + (plane.y * ray.y + plane.z))
     }
 
     #[inline(always)]
@@ -62,7 +62,7 @@ impl<L: Lane> Formulas<L> for Perspective {
 
     #[inline(always)]
     fn depth_of_neighbour(&self, normal: V3<L>, q: V3<L>, step: V2<L>, most: L) -> L {
-        let one = L::from_f64(1.0);
+        let one = q.x.constant(1.0);
         let growth = one + q.z * normal.xy().dot(step) / normal.dot(q);
         q.z / growth.clamp(one / most, most)
     }
@@ -75,6 +75,14 @@ impl<L: Lane> Formulas<L> for Perspective {
     #[inline(always)]
     fn texel_width(&self, q: V3<L>) -> L {
         q.z
+    }
+}
+
+impl LaneKind for Perspective {
+    type Formulas<L: Lane> = Self;
+
+    fn in_lanes<L: Lane>(&self, _: f64, _: L) -> Self {
+        Self
     }
 }
 

@@ -4,11 +4,11 @@ use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
-use crate::gpu::view::Stats;
 use crate::light::Light;
 use crate::render::{
     MAX_TOGETHER, Output, Outputs, Rendered as RenderedFrame, render as render_frames,
 };
+use crate::stats::Stats;
 use numpy::{PyArray2, PyArray3, PyArray4};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};

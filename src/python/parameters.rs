@@ -2,7 +2,7 @@
 
 use super::array;
 use crate::error::Error;
-use crate::gpu::passes::lookup::Filter;
+use crate::map_settings::Filter;
 use crate::methods::Method;
 use crate::methods::parameters::{AUTO, FILTER, FilterParameters};
 use crate::methods::schema::{

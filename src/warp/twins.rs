@@ -104,7 +104,7 @@ fn twin(i: u32) -> array<f32, 20> {
 
 impl Twin for Warp {
     fn evaluate<L: Lane>(&self, inputs: &[L]) -> Vec<L> {
-        let (zero, one) = (L::from_f64(0.0), L::from_f64(1.0));
+        let (zero, one) = (inputs[0].constant(0.0), inputs[0].constant(1.0));
         let uv = V2::new(inputs[0], inputs[1]);
         let texel = V2::new(inputs[2], inputs[3]);
         let (warped, functions) = self.warped_from_linear(uv);
@@ -114,8 +114,8 @@ impl Twin for Warp {
         // The side k, or the one opposite where there is no patch.
         let k = inputs[4];
         let at = |values: [f64; 4]| {
-            let [a, b, c, d] = values.map(L::from_f64);
-            let at_most = |i: f64| k.at_most(L::from_f64(i));
+            let [a, b, c, d] = values.map(|value| k.constant(value));
+            let at_most = |i: f64| k.at_most(inputs[0].constant(i));
             let rest = L::select(at_most(2.0), c, d);
             L::select(at_most(0.0), a, L::select(at_most(1.0), b, rest))
         };
@@ -134,7 +134,7 @@ impl Twin for Warp {
         for pair in [warped, functions, linear, patch[0], patch[1]] {
             outputs.extend([pair.x, pair.y]);
         }
-        outputs.extend(texels_outside(patch, texel, L::from_f64(2.0)));
+        outputs.extend(texels_outside(patch, texel, inputs[0].constant(2.0)));
         outputs.extend(has.map(|mask| L::select(mask, one, zero)));
         outputs.extend([across.x, across.y]);
         outputs

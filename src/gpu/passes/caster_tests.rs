@@ -6,10 +6,10 @@ use super::receiver_lists::ReceiverLists;
 use super::warp_map::WarpMap;
 use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
-use crate::gpu::facts::Fact;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::recording::{Counted, Recording};
 use crate::gpu::unsure::UnsureTests;
+use crate::stats::Fact;
 
 pub const LABEL: &str = "caster tests";
 

@@ -3,12 +3,12 @@
 
 use super::inputs::{BYTES_OF_CHOICE, CHOICES, IMAGE_TILE, ImageTiles, Receivers};
 use crate::error::Result;
-use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::unsure::UnsureTests;
 use crate::region::Region;
+use crate::stats::Fact;
 use std::sync::Arc;
 
 pub const LABEL: &str = "image tiles";

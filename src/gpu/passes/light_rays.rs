@@ -4,13 +4,13 @@
 use super::inputs::Receivers;
 use crate::bvh::BoxSpace;
 use crate::error::{Error, Result};
-use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
 use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::unsure::UnsureTests;
 use crate::rounding::double_single;
+use crate::stats::Fact;
 
 /// Boxes and triangles of a ray at most: below the iterations after which some drivers end a loop.
 pub const MAX_STEPS: u32 = 65_000;

@@ -5,64 +5,13 @@ use super::rasterize::Target;
 use super::warp_map::WarpMap;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::recording::Recording;
+use crate::map_settings::{Comparison, DepthBias};
 use crate::projection::Projection;
 
 pub const LABEL: &str = "lookup";
 
-/// What is taken off a receiver's depth before it is compared.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct DepthBias {
-    /// World units.
-    pub constant: f64,
-    /// World units per unit of depth where a texel's beam widens with it, else world units.
-    pub beam: f64,
-    /// Texels: times the width of a texel and the slope of the receiver against the light.
-    pub slope: f64,
-    /// Whether the receiver's plane is evaluated on the texel's own ray.
-    pub receiver_plane: bool,
-    /// Bound of the rounding error of a depth, world units; none where the user gave the whole bias.
-    pub rounding: f64,
-}
-
-/// How a receiver is compared with the texels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Comparison {
-    /// Texels on each side of the receiver's own.
-    pub reach: u8,
-    /// Whether the receiver's own light ray is tested against the triangles of those texels.
-    pub triangles: bool,
-    /// Whether depth tests that all agree decide.
-    pub depths: bool,
-    /// Depth tests in a disc instead, whose mean is the answer.
-    pub filter: Option<Filter>,
-}
-
-/// Percentage closer filtering.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Filter {
-    /// Of the disc: in texels of the warped map, or in world units.
-    pub radius: f64,
-    pub samples: u32,
-    /// Whether the disc lies across the receiver's light ray, before the warp, or in the warped map.
-    pub is_unwarped: bool,
-}
-
 impl Comparison {
-    pub const DEPTH: Self = Self {
-        reach: 0,
-        triangles: false,
-        depths: true,
-        filter: None,
-    };
-
-    pub fn filtered(filter: Filter) -> Self {
-        Self {
-            // Without a radius every test is the receiver's own.
-            filter: Some(filter).filter(|filter| filter.radius > 0.0),
-            ..Self::DEPTH
-        }
-    }
-
+    /// What a texel must keep for it.
     pub fn target(self) -> Target {
         if self.triangles {
             Target::DepthTriangle

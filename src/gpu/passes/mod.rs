@@ -1,7 +1,6 @@
 //! The passes. Each is a function from handles to a handle; one pass is one file, one label and one
 //! timer key, and passes belong to the house, not to a method.
 
-pub mod bias;
 pub mod blend_importance;
 pub mod boundary;
 pub mod caster_tests;

@@ -6,14 +6,15 @@ use super::warp_map::WarpMap;
 use super::work_items::{self, Counters, Stages};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
-use crate::gpu::facts::Fact;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::projection_uniform::ProjectionUniform;
 use crate::gpu::recording::{Counted, Recording};
 use crate::gpu::scene_tables::SceneTables;
 use crate::gpu::shader_struct::shader_struct;
+use crate::map_settings::Rasterization;
 use crate::projection::Projection;
+use crate::stats::Fact;
 
 /// What a texel keeps of the nearest triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,16 +32,6 @@ impl Target {
             Self::DepthTriangle => 8,
         }
     }
-}
-
-/// How triangles become texels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Rasterization {
-    /// Each texel takes its own ray.
-    Exact,
-    /// As published: corners are projected and warped, edges between them are straight in the map.
-    /// Triangles are split until no edge is longer than this share of the map's side.
-    Linear { longest_edge: Option<f64> },
 }
 
 shader_struct! {

@@ -4,10 +4,10 @@ use super::inputs::Receivers;
 use super::light_grid::{GRID_TILE, LightGrid};
 use super::warp_map::WarpMap;
 use crate::error::Result;
-use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
+use crate::stats::Fact;
 
 pub const LABEL: &str = "receiver lists";
 

@@ -5,7 +5,6 @@ use super::inputs::Receivers;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::facts::Fact;
 use crate::gpu::kernel::{Groups, Kernel, Vertices};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
@@ -13,6 +12,7 @@ use crate::gpu::scene_tables::EdgeTables;
 use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::unsure::UnsureTests;
 use crate::rounding::double_single;
+use crate::stats::Fact;
 use glam::DVec3;
 
 pub const LABEL: &str = "shadow volumes";

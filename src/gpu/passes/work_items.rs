@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
-use crate::gpu::facts::{Fact, Facts};
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::scene_tables::Room;
 use crate::gpu::shader_struct::shader_struct;
+use crate::stats::{Fact, Facts};
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 

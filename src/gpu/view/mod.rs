@@ -2,31 +2,28 @@
 
 mod rays;
 mod shadows;
+mod verbs;
 
 use crate::camera::Camera;
 use crate::error::Result;
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
-use crate::fits::samples::SampledReceivers;
-use crate::gpu::facts::FactsOfPasses;
-use crate::gpu::passes::bias::BiasRule;
-use crate::gpu::passes::boundary;
+use crate::fits::samples::{SampledReceivers, stride};
 use crate::gpu::passes::image_tiles::{self, InitialImage};
-use crate::gpu::passes::importance_map::{self, Factors, ImportanceMap};
 use crate::gpu::passes::inputs::{ImageTiles, Receivers};
-use crate::gpu::passes::lookup::Comparison;
 use crate::gpu::passes::outline;
-use crate::gpu::passes::rasterize::{RasterJob, Rasterization};
 use crate::gpu::passes::receivers::{self, Bounds};
 use crate::gpu::passes::warp_map::WarpMap;
-use crate::gpu::passes::{forward_importance, samples, shadow_edge, shadow_map, visibility};
+use crate::gpu::passes::{samples, visibility};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{ReadResults, Recording, Source};
 use crate::gpu::unsure::{UnsureRead, UnsureTests};
-use crate::importance::{EdgeBias, Grid, Importance};
 use crate::light::Light;
+use crate::map_settings::Comparison;
 use crate::region::Region;
 use crate::scene::Scene;
+use crate::stats::{ReceiverCounts, Stats};
+use crate::verbs::WarpedLayer;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -46,66 +43,22 @@ pub struct View<'a> {
     unsure: Option<UnsureTests>,
     /// Whether the method leaves open what float32 does not know.
     leaves_open: bool,
+    /// The last samples' camera, and what it sees.
+    sampled: Option<(Camera, PooledBuffer)>,
 }
 
-/// Pixels, where a method counts them.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct ReceiverCounts {
-    /// Those that see a surface.
-    pub seen: u32,
-    /// Those whose surface faces the light; one at the border of two layers is counted in both.
-    pub facing: u32,
-}
-
-/// What the light sees of a layer: depths and triangles, and a factor for each texel.
+/// What the light sees of a layer: depths and triangles.
 pub struct Analysed {
-    pub layer: Layer,
+    layer: Layer,
     texels: PooledBuffer,
-    pub edges: Option<Grid<PooledBuffer>>,
 }
 
-/// A layer and its warp, before it has texels.
-pub struct WarpedLayer {
-    pub layer: Layer,
-    pub warp: Option<WarpMap>,
-    /// What the warp was made from.
-    pub importance: Option<ImportanceMap>,
-}
-
-impl From<Layer> for WarpedLayer {
-    fn from(layer: Layer) -> Self {
-        Self {
-            layer,
-            warp: None,
-            importance: None,
-        }
-    }
-}
-
-/// How a shadow map is rasterized and looked up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MapSettings {
-    pub rasterization: Rasterization,
-    pub lookup: Comparison,
-    pub bias: BiasRule,
-}
-
-impl MapSettings {
-    /// For a first pass that asks where shadows are: each receiver lit or not.
-    pub fn without_filter(self) -> Self {
-        Self {
-            lookup: Comparison {
-                filter: None,
-                ..self.lookup
-            },
-            ..self
-        }
-    }
-}
+/// A layer before it has texels.
+pub type PlannedLayer = WarpedLayer<WarpMap, PooledBuffer>;
 
 /// A layer that has texels.
 pub struct RasterizedLayer {
-    pub plan: WarpedLayer,
+    pub plan: PlannedLayer,
     pub comparison: Comparison,
     pub texels: PooledBuffer,
 }
@@ -117,30 +70,11 @@ pub struct Recorded {
     pub layers: Vec<RasterizedLayer>,
 }
 
-/// What a frame counts.
-#[derive(Debug, Clone, Default)]
-pub struct Stats {
-    pub triangles: usize,
-    pub degenerate_triangles: usize,
-    /// Of passes, by their labels.
-    pub facts: FactsOfPasses,
-    /// Where a method counts them.
-    pub receivers: Option<ReceiverCounts>,
-    /// Stages that this frame did not need.
-    pub skipped: Vec<&'static str>,
-    pub layers: usize,
-    /// Layers that no receiver fell in.
-    pub skipped_layers: usize,
-    /// What the method measured, by name.
-    pub measures: Vec<(&'static str, f64)>,
-}
-
-impl Stats {
-    pub fn new(scene: &Scene) -> Self {
+impl Recorded {
+    pub fn without_layers(visibility: PooledBuffer) -> Self {
         Self {
-            triangles: scene.triangles().len(),
-            degenerate_triangles: scene.degenerate_count(),
-            ..Self::default()
+            visibility,
+            layers: vec![],
         }
     }
 }
@@ -163,6 +97,7 @@ impl<'a> View<'a> {
             begun: None,
             unsure: None,
             leaves_open: false,
+            sampled: None,
         }
     }
 
@@ -227,78 +162,10 @@ impl<'a> View<'a> {
         Ok(boxes)
     }
 
-    /// The importance of the cells of a layer's map.
-    pub fn importance_map(
-        &mut self,
-        layer: &Layer,
-        cells: u32,
-        importance: Importance,
-        factors: Factors,
-        warp: Option<&WarpMap>,
-    ) -> Result<ImportanceMap> {
-        let Layer { projection, region } = layer;
-        let tiles = self.image_tiles(region)?;
-        let seen = self.seen.within(region, tiles.as_deref());
-        let frame = &mut self.frame;
-        importance_map::importance_map(frame, seen, projection, cells, importance, factors, warp)
-    }
-
-    /// What the light sees of a layer.
-    pub fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
-        let texels = shadow_map::shadow_map(
-            &mut self.frame,
-            self.seen.scene,
-            RasterJob::plain(&layer.projection),
-        )?;
-        Ok(Analysed {
-            layer,
-            texels,
-            edges: None,
-        })
-    }
-
-    /// Finds the shadow edges of a depth image.
-    pub fn shadow_edges(
-        &mut self,
-        analysed: &mut Analysed,
-        bias: EdgeBias,
-        floor: f64,
-    ) -> Result<()> {
-        let projection = &analysed.layer.projection;
-        let (frame, scene, texels) = (&mut self.frame, self.seen.scene, &analysed.texels);
-        let edges = shadow_edge::shadow_edge(frame, scene, projection, texels, bias, floor)?;
-        analysed.edges = Some(edges);
-        Ok(())
-    }
-
-    /// The importance of the cells of a layer's map, from what the light sees.
-    pub fn forward_importance(
-        &mut self,
-        analysed: &Analysed,
-        cells: u32,
-        factors: Factors,
-    ) -> Result<ImportanceMap> {
-        let Analysed { layer, texels, .. } = analysed;
-        let Layer { projection, region } = layer;
-        let seen = self.seen.within(region, None);
-        let frame = &mut self.frame;
-        forward_importance::forward_importance(frame, seen, projection, texels, cells, factors)
-    }
-
-    /// Weights of the receivers near the boundaries of shadows.
-    pub fn boundary(
-        &mut self,
-        visibility: &wgpu::Buffer,
-        weight: f64,
-    ) -> Result<Grid<PooledBuffer>> {
-        boundary::boundary(&mut self.frame, self.seen, visibility, weight)
-    }
-
     /// Receivers of about `resolution` pixels along the longer side of the image. Submits what was
     /// recorded so far.
-    pub fn sampled_image(&mut self, resolution: u32) -> Result<SampledImage> {
-        let side = self.camera.width.max(self.camera.height);
-        let stride = ((side + resolution / 2) / resolution).max(1);
+    fn sampled_image(&mut self, resolution: u32) -> Result<SampledReceivers> {
+        let stride = stride(self.camera, resolution);
         let buffer = self.seen.visibility_buffer;
         let (camera, keys) = samples::samples(&mut self.frame, self.camera, buffer, stride)?;
         let read = self
@@ -309,36 +176,15 @@ impl<'a> View<'a> {
             .into_iter()
             .map(visibility::triangle_from_key)
             .collect();
-        Ok(SampledImage {
-            receivers: SampledReceivers::new(self.scene, self.light, camera, &triangles),
-            keys,
-        })
-    }
-
-    /// What maps answer for the samples, as in a visibility image. Submits what was recorded so far.
-    pub fn sampled_visibility(
-        &mut self,
-        samples: &SampledImage,
-        map: MapSettings,
-        layers: Vec<Layer>,
-    ) -> Result<Vec<f32>> {
-        let plans = layers.into_iter().map(WarpedLayer::from).collect();
-        let recorded = self.answer(Pixels::Samples(samples), map, plans)?;
-        let count = samples.receivers.camera.pixel_count();
-        let read = self
-            .frame
-            .read::<f32>(Source::Taken(recorded.visibility), count)?;
-        self.submit()?.take(&read)
+        self.sampled = Some((camera.clone(), keys));
+        Ok(SampledReceivers::new(
+            self.scene, self.light, camera, &triangles,
+        ))
     }
 
     /// Names a stage that this frame does not need.
     pub fn skip(&mut self, stage: &'static str) {
         self.stats.skipped.push(stage);
-    }
-
-    /// Adds a number that the method found to the statistics, by its name.
-    pub fn measure(&mut self, name: &'static str, value: f64) {
-        self.stats.measures.push((name, value));
     }
 
     /// Whether what cannot change the picture is left out.
@@ -371,11 +217,6 @@ impl<'a> View<'a> {
         read.transpose()
     }
 
-    /// Receivers that face the light in all layers, once their bounds were asked for.
-    pub fn facing_count(&self) -> u32 {
-        self.stats.receivers.map_or(0, |counts| counts.facing)
-    }
-
     pub(crate) fn finish(self) -> (Recording, Stats) {
         (self.frame, self.stats)
     }
@@ -403,7 +244,7 @@ impl<'a> ReceiverQueries<'a> for View<'a> {
     }
 
     fn samples(&mut self, resolution: u32) -> Result<SampledReceivers> {
-        Ok(self.sampled_image(resolution)?.receivers)
+        self.sampled_image(resolution)
     }
 
     fn leaves_out_empty_layers(&self) -> bool {
@@ -415,15 +256,10 @@ impl<'a> ReceiverQueries<'a> for View<'a> {
     }
 }
 
-/// Some pixels of the image, on the device and on the CPU: a coarse camera's image.
-pub struct SampledImage {
-    pub receivers: SampledReceivers,
-    keys: PooledBuffer,
-}
-
 /// Which pixels are answered.
 #[derive(Clone, Copy)]
 enum Pixels<'a> {
     All,
-    Samples(&'a SampledImage),
+    /// A coarse camera's, and its visibility buffer.
+    Samples(&'a Camera, &'a PooledBuffer),
 }

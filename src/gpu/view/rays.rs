@@ -27,7 +27,7 @@ impl View<'_> {
     }
 
     /// The visibility image by rays through the scene's hierarchy, which is built where it is missing.
-    pub fn shadow_rays(&mut self) -> Result<PooledBuffer> {
+    pub(super) fn rays_of_compute(&mut self) -> Result<PooledBuffer> {
         let hierarchy = self.kept(shadow_rays::HIERARCHY_LABEL, |view| {
             view.seen.scene.hierarchy(&view.frame, view.scene)
         })?;
@@ -39,7 +39,7 @@ impl View<'_> {
     }
 
     /// What ray queries search; built where it is missing.
-    pub fn acceleration_structure(&mut self) -> Result<Arc<AccelerationStructure>> {
+    pub(super) fn acceleration_structure(&mut self) -> Result<Arc<AccelerationStructure>> {
         self.kept(acceleration::LABEL, |view| {
             let kept = &view.seen.scene.acceleration;
             kept.for_eye(&view.frame, view.scene, view.camera.eye)
@@ -47,13 +47,16 @@ impl View<'_> {
     }
 
     /// That, where ray queries are likely to be faster and the device can build it.
-    pub fn preferred_structure(&mut self) -> Option<Arc<AccelerationStructure>> {
+    pub(super) fn preferred_structure(&mut self) -> Option<Arc<AccelerationStructure>> {
         let is_preferred = self.frame.gpu.prefers_ray_queries();
         is_preferred.then(|| self.acceleration_structure().ok())?
     }
 
     /// The visibility image by the device's ray queries.
-    pub fn ray_queries(&mut self, structure: &AccelerationStructure) -> Result<PooledBuffer> {
+    pub(super) fn rays_of_hardware(
+        &mut self,
+        structure: &AccelerationStructure,
+    ) -> Result<PooledBuffer> {
         let unsure = self.take_unsure()?;
         let image = ray_queries::ray_queries(&mut self.frame, self.seen, structure, &unsure)?;
         self.unsure = Some(unsure);
@@ -62,7 +65,7 @@ impl View<'_> {
     }
 
     /// The visibility image by shadow volumes; the scene's edges are found where they are not known.
-    pub fn shadow_volumes(&mut self) -> Result<PooledBuffer> {
+    pub(super) fn volumes(&mut self) -> Result<PooledBuffer> {
         let edges = self.kept(shadow_volumes::EDGES_LABEL, |view| {
             view.seen.scene.edges(&view.frame, view.scene)
         })?;

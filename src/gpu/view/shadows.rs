@@ -1,17 +1,17 @@
 //! Shadows by maps, and by lists of receivers.
 
-use super::{MapSettings, Pixels, RasterizedLayer, Recorded, View, WarpedLayer};
+use super::{Pixels, PlannedLayer, RasterizedLayer, Recorded, View};
 use crate::error::Result;
 use crate::fits::layer::Layer;
-use crate::gpu::passes::bias::position_rounding;
 use crate::gpu::passes::inputs::Receivers;
 use crate::gpu::passes::light_grid::LightGrid;
-use crate::gpu::passes::lookup::{self, Comparison, LookupInput};
+use crate::gpu::passes::lookup::{self, LookupInput};
 use crate::gpu::passes::rasterize::RasterJob;
 use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
 use crate::gpu::passes::{caster_tests, image_tiles, receiver_lists, receiver_tiles, shadow_map};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::unsure::UnsureTests;
+use crate::map_settings::{Comparison, MapSettings, position_rounding};
 
 /// Texels along each side of the map that settles receivers before they are listed, at most.
 const MAX_MAP_TEXELS: u32 = 1024;
@@ -19,12 +19,11 @@ const MAX_MAP_TEXELS: u32 = 1024;
 impl View<'_> {
     /// The last two steps of every method with maps: casters into each layer, receivers against it.
     /// Without a layer nothing is lit.
-    pub fn shadows<P: Into<WarpedLayer>>(
+    pub(super) fn mapped_shadows(
         &mut self,
         map: MapSettings,
-        layers: impl IntoIterator<Item = P>,
+        plans: Vec<PlannedLayer>,
     ) -> Result<Recorded> {
-        let plans: Vec<_> = layers.into_iter().map(P::into).collect();
         if plans.is_empty() {
             return self.all_in_shadow();
         }
@@ -36,20 +35,20 @@ impl View<'_> {
         &mut self,
         pixels: Pixels,
         map: MapSettings,
-        plans: Vec<WarpedLayer>,
+        plans: Vec<PlannedLayer>,
     ) -> Result<Recorded> {
         let seen = match pixels {
             Pixels::All => self.seen,
-            Pixels::Samples(samples) => Receivers {
-                camera: &samples.receivers.camera,
-                visibility_buffer: &samples.keys,
+            Pixels::Samples(camera, visibility_buffer) => Receivers {
+                camera,
+                visibility_buffer,
                 ..self.seen
             },
         };
         // Receivers of no layer, which a method left out because no sample needed them, are lit.
         let visibility = match pixels {
             Pixels::All => self.begun_image()?,
-            Pixels::Samples(_) => {
+            Pixels::Samples(..) => {
                 // The rim of a cone in a few samples is nobody's concern.
                 let unsure = UnsureTests::new(&mut self.frame, &self.seen.scene.room)?;
                 let begun = image_tiles::begin(&mut self.frame, seen, &unsure)?;
@@ -61,7 +60,7 @@ impl View<'_> {
             let Layer { projection, region } = &plan.layer;
             let tiles = match pixels {
                 Pixels::All => self.image_tiles(region)?,
-                Pixels::Samples(_) => None,
+                Pixels::Samples(..) => None,
             };
             let seen = seen.within(region, tiles.as_deref());
             let whole = RasterJob {
@@ -116,7 +115,7 @@ impl View<'_> {
 
     /// The visibility image by testing casters against receivers that are listed in the texels of each
     /// layer. Without a layer nothing is lit.
-    pub fn listed_shadows(&mut self, plans: &[WarpedLayer]) -> Result<Recorded> {
+    pub(super) fn listed_shadows(&mut self, plans: &[PlannedLayer]) -> Result<Recorded> {
         if plans.is_empty() {
             return self.all_in_shadow();
         }
@@ -150,19 +149,13 @@ impl View<'_> {
         }
         self.unsure = Some(unsure);
         self.leaves_open = true;
-        Ok(Recorded {
-            visibility,
-            layers: vec![],
-        })
+        Ok(Recorded::without_layers(visibility))
     }
 
     /// The frame where whatever is seen faces away from the light: there is nothing to look up.
     fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
         let visibility = self.begun_image()?;
-        Ok(Recorded {
-            visibility,
-            layers: vec![],
-        })
+        Ok(Recorded::without_layers(visibility))
     }
 }

@@ -1,4 +1,6 @@
-//! What passes count, for the statistics of a frame.
+//! What a frame counts, and what its passes do.
+
+use crate::scene::Scene;
 
 /// A number that a pass counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +57,43 @@ impl FactsOfPasses {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Pixels, where a method counts them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReceiverCounts {
+    /// Those that see a surface.
+    pub seen: u32,
+    /// Those whose surface faces the light; one at the border of two layers is counted in both.
+    pub facing: u32,
+}
+
+/// What a frame counts.
+#[derive(Debug, Clone, Default)]
+pub struct Stats {
+    pub triangles: usize,
+    pub degenerate_triangles: usize,
+    /// Of passes, by their labels.
+    pub facts: FactsOfPasses,
+    /// Where a method counts them.
+    pub receivers: Option<ReceiverCounts>,
+    /// Stages that this frame did not need.
+    pub skipped: Vec<&'static str>,
+    pub layers: usize,
+    /// Layers that no receiver fell in.
+    pub skipped_layers: usize,
+    /// What the method measured, by name.
+    pub measures: Vec<(&'static str, f64)>,
+}
+
+impl Stats {
+    pub fn new(scene: &Scene) -> Self {
+        Self {
+            triangles: scene.triangles().len(),
+            degenerate_triangles: scene.degenerate_count(),
+            ..Self::default()
         }
     }
 }

@@ -1,0 +1,104 @@
+//! Receivers in the projection space of a layer, eight at once.
+
+use super::lanes::{Simd, each, f32x8, f64x8, splat};
+use super::receivers::{BlockPlaces, BlockReceivers, function_of, narrow, splat64};
+use super::tiles::BLOCK;
+use crate::fits::layer::Layer;
+use crate::lanes::V3;
+use crate::projection::{Formulas, Kind, KindVisitor, LaneKind};
+use fearless_simd::prelude::*;
+use glam::{DVec3, DVec4};
+
+/// A layer, for points relative to the eye.
+pub struct LightSpace {
+    pub kind: Kind,
+    /// Projection space is scaled by it, so that products of coordinates stay within float32.
+    pub unit: f64,
+    rows: [DVec4; 3],
+    /// The half-spaces of the receivers that the layer is for.
+    planes: Vec<DVec4>,
+}
+
+impl LightSpace {
+    pub fn new(layer: &Layer, eye: DVec3) -> Self {
+        let Layer { projection, region } = layer;
+        let unit = projection.unit();
+        let offset = eye - projection.origin;
+        let axes = [projection.x_axis, projection.y_axis, projection.z_axis];
+        let half_spaces = region.half_spaces().iter();
+        Self {
+            kind: projection.kind,
+            unit,
+            rows: each(axes, |axis| axis.extend(axis.dot(offset)) * unit),
+            planes: half_spaces
+                .map(|half| half.normal.extend(half.normal.dot(eye - half.origin)))
+                .collect(),
+        }
+    }
+
+    #[inline(always)]
+    pub fn projected<S: Simd>(&self, simd: S, point: &[f64x8<S>; 3]) -> V3<f32x8<S>> {
+        let [x, y, z] = each(self.rows, |row| narrow(function_of(simd, row, point)));
+        V3::new(x, y, z)
+    }
+
+    /// Which receivers of each row are in the layer's region and face the light.
+    #[inline(always)]
+    pub fn masks<S: Simd>(&self, simd: S, block: &BlockReceivers<S>) -> [u32; BLOCK] {
+        let mut masks = block.facing;
+        for plane in &self.planes {
+            for (i, mask) in masks.iter_mut().enumerate() {
+                if *mask != 0 {
+                    let height = function_of(simd, *plane, &block.points[i]);
+                    *mask &= splat64(simd, 0.0).simd_le(height).to_bitmask() as u32;
+                }
+            }
+        }
+        masks
+    }
+
+    /// Centred texels and depths of receivers, in place of how near they are.
+    #[inline(always)]
+    pub fn places<S: Simd>(
+        &self,
+        simd: S,
+        block: &BlockReceivers<S>,
+        masks: &[u32; BLOCK],
+        places: &mut BlockPlaces<S>,
+    ) {
+        self.kind.visit(Places {
+            simd,
+            space: self,
+            block,
+            masks,
+            places,
+        });
+    }
+}
+
+struct Places<'a, S: Simd> {
+    simd: S,
+    space: &'a LightSpace,
+    block: &'a BlockReceivers<S>,
+    masks: &'a [u32; BLOCK],
+    places: &'a mut BlockPlaces<S>,
+}
+
+impl<S: Simd> KindVisitor for Places<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn visit<K: LaneKind>(self, kind: &K) {
+        let zero = splat(self.simd, 0.0);
+        let kind = kind.in_lanes(self.space.unit, zero);
+        for (i, &mask) in self.masks.iter().enumerate() {
+            if mask != 0 {
+                let q = self.space.projected(self.simd, &self.block.points[i]);
+                let texel = kind.centred_texel_from_projected(q);
+                self.places.u[i] = texel.x;
+                self.places.v[i] = texel.y;
+                self.places.nearness[i] = kind.depth_from_projected(q);
+            }
+        }
+    }
+}

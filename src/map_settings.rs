@@ -1,0 +1,158 @@
+//! How a shadow map is rasterized, biased and looked up, whichever engine does it.
+
+use crate::projection::Projection;
+use crate::rounding::ROUNDING;
+use glam::DVec3;
+
+/// How a shadow map is rasterized and looked up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapSettings {
+    pub rasterization: Rasterization,
+    pub lookup: Comparison,
+    pub bias: BiasRule,
+}
+
+impl MapSettings {
+    /// For a first pass that asks where shadows are: each receiver lit or not.
+    pub fn without_filter(self) -> Self {
+        Self {
+            lookup: Comparison {
+                filter: None,
+                ..self.lookup
+            },
+            ..self
+        }
+    }
+}
+
+/// How triangles become texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rasterization {
+    /// Each texel takes its own ray.
+    Exact,
+    /// As published: corners are projected and warped, edges between them are straight in the map.
+    /// Triangles are split until no edge is longer than this share of the map's side.
+    Linear { longest_edge: Option<f64> },
+}
+
+/// How a receiver is compared with the texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// Texels on each side of the receiver's own.
+    pub reach: u8,
+    /// Whether the receiver's own light ray is tested against the triangles of those texels.
+    pub triangles: bool,
+    /// Whether depth tests that all agree decide.
+    pub depths: bool,
+    /// Depth tests in a disc instead, whose mean is the answer.
+    pub filter: Option<Filter>,
+}
+
+/// Percentage closer filtering.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filter {
+    /// Of the disc: in texels of the warped map, or in world units.
+    pub radius: f64,
+    pub samples: u32,
+    /// Whether the disc lies across the receiver's light ray, before the warp, or in the warped map.
+    pub is_unwarped: bool,
+}
+
+impl Comparison {
+    pub const DEPTH: Self = Self {
+        reach: 0,
+        triangles: false,
+        depths: true,
+        filter: None,
+    };
+
+    pub fn filtered(filter: Filter) -> Self {
+        Self {
+            // Without a radius every test is the receiver's own.
+            filter: Some(filter).filter(|filter| filter.radius > 0.0),
+            ..Self::DEPTH
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bias {
+    /// The receiver's plane on the texel's ray, less the width of a texel and a bound of the rounding.
+    Auto,
+    Constant,
+    Slope,
+    ReceiverPlane,
+}
+
+/// A kind of bias with its numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BiasRule {
+    pub kind: Bias,
+    /// World units; `None` for the default of the kind.
+    pub constant: Option<f64>,
+    /// Texels.
+    pub slope: f64,
+}
+
+impl BiasRule {
+    /// The bias of a map, whose positions are known to `rounding`.
+    pub fn depth_bias(&self, projection: &Projection, rounding: f64) -> DepthBias {
+        let texel_width = projection.kind.beam_width(projection);
+        let plane = DepthBias {
+            receiver_plane: true,
+            rounding,
+            ..DepthBias::default()
+        };
+        let fixed = DepthBias {
+            receiver_plane: false,
+            ..plane
+        };
+        match self.kind {
+            // Where triangles meet at an angle, a texel's ray meets the neighbour, off the receiver's
+            // plane by about a texel. Measured over 16 views of 8 scenes: one texel leaves a quarter
+            // of the wrong pixels of none, and no choice from half of one to four leaves fewer than
+            // nine tenths of what one does.
+            Bias::Auto => DepthBias {
+                beam: texel_width,
+                ..plane
+            },
+            Bias::Constant => DepthBias {
+                constant: self.constant.unwrap_or(0.0),
+                beam: self.constant.map_or(texel_width, |_| 0.0),
+                rounding: 0.0,
+                ..fixed
+            },
+            Bias::Slope => DepthBias {
+                constant: self.constant.unwrap_or(0.0),
+                slope: self.slope,
+                ..fixed
+            },
+            Bias::ReceiverPlane => DepthBias {
+                constant: self.constant.unwrap_or(0.0),
+                ..plane
+            },
+        }
+    }
+}
+
+/// What is taken off a receiver's depth before it is compared.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DepthBias {
+    /// World units.
+    pub constant: f64,
+    /// World units per unit of depth where a texel's beam widens with it, else world units.
+    pub beam: f64,
+    /// Texels: times the width of a texel and the slope of the receiver against the light.
+    pub slope: f64,
+    /// Whether the receiver's plane is evaluated on the texel's own ray.
+    pub receiver_plane: bool,
+    /// Bound of the rounding error of a depth, world units; none where the user gave the whole bias.
+    pub rounding: f64,
+}
+
+/// A bound of the error of a float32 position in the light's space: positions are sums of a few
+/// terms, none larger than the distance of the eye and the size of the map's box together.
+pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
+    let scale = (eye - projection.origin).length() + projection.kind.extent(projection);
+    ROUNDING * scale
+}
