@@ -63,7 +63,7 @@ def demo(light: int) -> str:
         {
             "method": f"`{row['method']}`",
             "paper": citation(row["method"].split("+")[-1]),
-            "GPU ms": f"{row['GPU ms']:,.0f}",
+            "ms": f"{row['ms']:,.0f}",
             "misclassified": row["misclassified"],
             "% of covered": f"{row['% of covered']:.2f}",
             "false shadow": row["false shadow"],
