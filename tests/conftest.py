@@ -14,13 +14,6 @@ import lixel as lx
 # those of both engines take the fixture `engine`.
 os.environ.setdefault("LIXEL_DEVICE", "gpu")
 
-NOT_ON_CPU = {
-    "test_a_warp_shortens_the_longest_list": "its lists are of triangles, and nothing warps them",
-    "test_rays_are_counted": "it does not count the steps of a walk",
-}
-"""Tests of both engines that do not hold on the CPU engine, and why."""
-
-
 class View(NamedTuple):
     scene: lx.Scene
     camera: lx.Camera
@@ -52,9 +45,9 @@ def engine(request: pytest.FixtureRequest) -> Iterator[str]:
 def _leave_out_what_differs(request: pytest.FixtureRequest) -> None:
     if "engine" not in request.fixturenames or request.getfixturevalue("engine") != "cpu":
         return
-    reason = NOT_ON_CPU.get(request.node.originalname)
-    if reason is not None:
-        pytest.skip(f"on the CPU engine: {reason}")
+    marker = request.node.get_closest_marker("not_on_cpu")
+    if marker is not None:
+        pytest.skip(f"on the CPU engine: {marker.args[0]}")
 
 
 @pytest.fixture

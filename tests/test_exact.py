@@ -96,6 +96,7 @@ def test_no_warp_and_no_resolution_changes_a_pixel(warp):
             assert other.tobytes() == plain.tobytes(), (light, resolution)
 
 
+@pytest.mark.not_on_cpu("its lists are of triangles, and nothing warps them")
 def test_a_warp_shortens_the_longest_list():
     scene = lx.scenes.colonnade(columns=4, detail=12)
     view = scene, scene.cameras["default"].resized(640, 360), scene.lights["default"]
@@ -173,6 +174,7 @@ def test_a_scene_without_area_shows_nothing(method):
     assert np.isnan(lx.render_shadows(scene, camera, light, method)).all()
 
 
+@pytest.mark.not_on_cpu("it does not count the steps of a walk")
 def test_rays_are_counted():
     scene = small("city")
     view = scene, scene.cameras["default"].resized(160, 90), scene.lights["default"]
