@@ -11,7 +11,7 @@
 //! * `methods`: one method, one paper, one file.
 //! * `python`: the only file that names pyo3.
 
-// What only tests call is public: in `projection` the formulas, in `reference` the first hits.
+// What only tests call is public: formulas that shaders compute, for every scalar.
 mod aliasing;
 pub mod bias;
 mod bvh;
@@ -34,12 +34,13 @@ mod methods;
 mod occlusion;
 pub mod projection;
 mod python;
-pub mod reference;
+mod reference;
 mod region;
 mod render;
 mod rounding;
 mod scene;
-pub mod shadow_ray;
+#[cfg(test)]
+mod shadow_ray;
 mod sides;
 mod stats;
 #[cfg(test)]

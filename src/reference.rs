@@ -80,18 +80,6 @@ pub fn reference_of_pixels(
     collect(pixels.map(|&pixel| answer_pixel(scene, search, camera, light, pixel)))
 }
 
-/// The first triangle on every pixel's ray, -1 for none, and whether it is a tie.
-pub fn first_hits(scene: &Scene, search: &impl Search, camera: &Camera) -> (Vec<i32>, Vec<bool>) {
-    (0..camera.pixel_count())
-        .into_par_iter()
-        .map(|pixel| {
-            let ray = camera_ray(camera, pixel, granted_to_eyes(scene, camera));
-            let first = first_triangles(scene, search, camera, &ray);
-            (first.triangle_id(), first.is_tie())
-        })
-        .unzip()
-}
-
 /// Where the ray of each pixel meets the plane of its triangle: positions in world space, unit
 /// normals on the camera's side, depths along the camera's forward axis. NaN where there is none.
 ///
@@ -1181,7 +1169,7 @@ mod tests {
             .flat_map(|&z| square(0.0, 0.0, z, 9.0))
             .collect();
         let scene = scene(&corners);
-        let bvh = Bvh::new(&scene);
+        let (bvh, light) = (Bvh::new(&scene), sun(DVec3::NEG_Z));
         let mut camera = camera(DVec3::ZERO, 8);
         for (range, first) in [
             ((0.5, 9.0), 0),
@@ -1190,7 +1178,8 @@ mod tests {
             ((0.1, 0.9), -1),
         ] {
             (camera.znear, camera.zfar) = range;
-            let (triangle_id, tie) = first_hits(&scene, &bvh, &camera);
+            let truth = reference(&scene, &bvh, &camera, &light);
+            let (triangle_id, tie) = (truth.triangle_id, truth.triangle_tie);
             assert!(
                 triangle_id.iter().all(|&t| t == first || t == first + 1),
                 "{range:?}"
@@ -1200,7 +1189,7 @@ mod tests {
         }
         (camera.znear, camera.zfar) = (1.0, 9.0);
         assert_eq!(
-            count(&first_hits(&scene, &bvh, &camera).1),
+            count(&reference(&scene, &bvh, &camera, &light).triangle_tie),
             64,
             "on the near plane"
         );

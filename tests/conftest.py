@@ -14,6 +14,7 @@ import lixel as lx
 # those of both engines take the fixture `engine`.
 os.environ.setdefault("LIXEL_DEVICE", "gpu")
 
+
 class View(NamedTuple):
     scene: lx.Scene
     camera: lx.Camera

@@ -325,7 +325,7 @@ def _parts_of_lights(
     if not isinstance(method, Auto):
         return rendered(lights, method, outputs)
 
-    chooses = choose_on_cpu if _core.engine(device, Exact.name) == "cpu" else choose
+    chooses = choose if _is_on_gpu(device) else choose_on_cpu
 
     def chosen_for(light: Light) -> FrameParts:
         parts = chooses(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
@@ -337,6 +337,11 @@ def _parts_of_lights(
     return [chosen_for(light) for light in lights]
 
 
+def _is_on_gpu(device: str | None) -> bool:
+    """Whether a GPU renders what both engines can."""
+    return _core.engine(device, Exact.name) == "gpu"
+
+
 def _chosen(
     method: str | Method | None,
     device: str | None,
@@ -345,10 +350,9 @@ def _chosen(
     max_ms: float | None = None,
 ) -> Method:
     """The method, or the one for want of one; `Auto` with the bounds that are given."""
-    engine = _core.engine(device, Exact.name)  # of whatever both engines can
     if method is None:
         is_bounded = max_error is not None or max_ms is not None
-        method = Auto() if is_bounded or engine == "gpu" else Exact()
+        method = Auto() if is_bounded or _is_on_gpu(device) else Exact()
     chosen = method_from(method)
     bounds = {"max_error": max_error, "max_ms": max_ms}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}

@@ -21,7 +21,6 @@ mod verbs;
 mod view;
 
 pub use frame::{Description, Frame, KeptParts, LABELS, Recorded, description};
-pub use view::View;
 
 #[cfg(test)]
 mod tests;

@@ -11,12 +11,13 @@ use crate::bvh::{Bvh, Search, ThickRay};
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::occlusion::ReceiverRay;
+use crate::rounding::FLOAT64_ROUNDING;
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// What float64 rounds of a ray, as a share of the distances in it: some roundings of 2^-53.
-const ROUNDING: f64 = 1.0 / (1_u64 << 44) as f64;
+/// What float64 rounds of where a ray enters a box: a quotient of positions.
+const RAY_ROUNDING: f64 = 16.0 * FLOAT64_ROUNDING;
 
 /// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and the number of rays.
 pub fn shadow_rays(
@@ -30,7 +31,7 @@ pub fn shadow_rays(
     let rays = ShadowRays {
         receivers: Receivers::new(scene, image, camera, light),
         hierarchy,
-        margin: ROUNDING * from_origin,
+        margin: RAY_ROUNDING * from_origin,
     };
     let width = image.tiling.width;
     let mut visibility = vec![f32::NAN; width * image.tiling.height];

@@ -1,8 +1,8 @@
 //! The engine against the reference, pixel by pixel, on scenes that are hard for float32.
 
-use super::View;
 use super::exact::exact;
 use super::rasterize::{Image, NONE, rasterize};
+use super::view::View;
 use crate::bvh::Everything;
 use crate::camera::Camera;
 use crate::light::Light;

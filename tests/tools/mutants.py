@@ -2,7 +2,8 @@
 
 `python tests/tools/mutants.py -o docs/results/stability/mutants.csv` copies the project to
 target/mutants, changes one formula at a time, builds, and runs the tests named with it: a minute or
-two each. A mutant that survives is a gap in the tests.
+two each, or seconds where it is a shader's, which the copy reads when it runs. A mutant that survives
+is a gap in the tests.
 """
 
 from __future__ import annotations
@@ -30,6 +31,20 @@ def copy_project(folder: Path) -> None:
         if name and (ROOT / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, folder / name)
+
+
+def read_shaders_when_run(folder: Path) -> None:
+    """Takes shaders from the folder, and not into the program: one that changes needs no build."""
+    path = folder / "src" / "gpu" / "shaders.rs"
+    text, included = re.subn(r"include_str!\(.*?\)\)", '""', path.read_text(), flags=re.DOTALL)
+    of_name = '"{}/shaders/{name}.wgsl", env!("CARGO_MANIFEST_DIR")'
+    read = f"std::fs::read_to_string(format!({of_name})).unwrap().leak()"
+    text, looked_up = re.subn(
+        r"file\.unwrap_or_else\(.*\)\.1\n", f"file.map(|_| {read}).unwrap()\n", text
+    )
+    if (included, looked_up) != (1, 1):
+        raise RuntimeError(f"{path} takes shaders in another way")
+    path.write_text(text)
 
 
 def run(folder: Path, command: list[str]) -> subprocess.CompletedProcess[str]:
@@ -80,6 +95,7 @@ def main() -> int:
     rows = []
     folder = ROOT / "target" / "mutants"
     copy_project(folder)
+    read_shaders_when_run(folder)
     for tests in dict.fromkeys(mutant.tests for mutant in chosen):
         if broken := failing_test(folder, tests):
             raise RuntimeError(f"{broken} fails without a mutant")
