@@ -48,6 +48,17 @@ impl<V> Factors<'_, V> {
         pixel_weights: None,
         map_weights: None,
     };
+
+    /// Whether there is one beside the distance.
+    pub fn has_more_than_distance(&self) -> bool {
+        let weights = [
+            self.shadow_edge,
+            self.boundary,
+            self.pixel_weights,
+            self.map_weights,
+        ];
+        self.normal.is_some() || weights.iter().any(Option::is_some)
+    }
 }
 
 impl<V> Clone for Factors<'_, V> {
@@ -90,10 +101,10 @@ pub enum EdgeBias {
 }
 
 impl EdgeBias {
-    /// Depth, in the projection's unit: a constant, and what it is per growth of a texel's beam.
-    pub fn depths(self, projection: &Projection) -> [f64; 2] {
+    /// Depth, with `unit` to the world's: a constant, and what it is per growth of a texel's beam.
+    pub fn depths(self, projection: &Projection, unit: f64) -> [f64; 2] {
         match self {
-            Self::Constant(length) => [length * projection.unit(), 0.0],
+            Self::Constant(length) => [length * unit, 0.0],
             Self::Texels(count) => [0.0, count * projection.kind.beam_width(projection)],
         }
     }

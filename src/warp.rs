@@ -2,6 +2,7 @@
 
 use crate::lanes::{Lane, V2};
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations in a shader.
 pub const MAX_CELLS: u32 = 16384;
@@ -78,6 +79,12 @@ impl Warp {
             .min(functions - one)
     }
 
+    /// Where the functions along x take linear map coordinates.
+    #[inline(always)]
+    pub fn warped_x<L: Lane>(&self, uv: V2<L>) -> L {
+        self.value_at(self.function_at(uv.y), uv.x)
+    }
+
     /// Where the warp takes linear map coordinates, and the functions of the row and of the column that do.
     #[inline(always)]
     pub fn warped_from_linear<L: Lane>(&self, uv: V2<L>) -> (V2<L>, V2<L>) {
@@ -91,7 +98,7 @@ impl Warp {
     /// Where each function takes on the centres of a map's texels: as `invert` in `shaders/warp_map.wgsl`.
     pub fn inverses(&self, texels: usize) -> Vec<f32> {
         let cells = self.boundaries - 1;
-        let functions = self.values.chunks_exact(self.boundaries);
+        let functions = self.values.par_chunks_exact(self.boundaries);
         let inverse = |function: &[f32]| {
             let mut cell = 0;
             let place_of = |texel: usize| {
@@ -105,7 +112,7 @@ impl Warp {
             };
             (0..texels).map(place_of).collect::<Vec<_>>()
         };
-        functions.flat_map(inverse).collect()
+        functions.flat_map_iter(inverse).collect()
     }
 
     /// Linear map coordinates of the centre of a texel, by the table of `inverses`.

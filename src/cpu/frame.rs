@@ -1,9 +1,11 @@
 //! A frame in the making on the CPU: what the camera sees, and what a method asks of it.
 
+use super::importance_map::Words;
 use super::rasterize::{Image, rasterize};
 use super::receivers::Receivers;
 use super::tiles::{TILE, TILE_PIXELS, Tiling};
 use super::view::View;
+use super::warp_map::WarpMap;
 use super::{lanes, processor};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
@@ -13,7 +15,6 @@ use crate::lock::Kept;
 use crate::scene::Scene;
 use crate::stats::{Fact, Stats};
 use crate::verbs::WarpedLayer;
-use crate::warp::Warp;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -24,6 +25,13 @@ pub const SHADOW_RAYS_LABEL: &str = "shadow rays";
 pub const RECEIVERS_LABEL: &str = "receivers";
 pub const OUTLINE_LABEL: &str = "outline";
 pub const SAMPLES_LABEL: &str = "samples";
+pub const BOUNDARY_LABEL: &str = "boundary";
+pub const SHADOW_MAP_LABEL: &str = "shadow map";
+pub const SHADOW_EDGE_LABEL: &str = "shadow edge";
+pub const IMPORTANCE_LABEL: &str = "importance map";
+pub const FORWARD_LABEL: &str = "forward importance";
+pub const BLEND_LABEL: &str = "blend importance";
+pub const WARP_LABEL: &str = "warp map";
 
 /// The keys of a frame's timers: those of the GPU engine where a pass does the same.
 pub const LABELS: &[&str] = &[
@@ -34,6 +42,13 @@ pub const LABELS: &[&str] = &[
     RECEIVERS_LABEL,
     OUTLINE_LABEL,
     SAMPLES_LABEL,
+    BOUNDARY_LABEL,
+    SHADOW_MAP_LABEL,
+    SHADOW_EDGE_LABEL,
+    IMPORTANCE_LABEL,
+    FORWARD_LABEL,
+    BLEND_LABEL,
+    WARP_LABEL,
 ];
 
 /// Pixels of an image, its tiles filled up, at most: 12 bytes of each are in memory.
@@ -107,7 +122,7 @@ pub struct Recorded {
 }
 
 /// A layer before it has texels.
-pub type PlannedLayer = WarpedLayer<Warp, Vec<f32>>;
+pub type PlannedLayer = WarpedLayer<WarpMap, Words>;
 
 impl<'a> Frame<'a> {
     /// Draws what the camera sees, unless it is known. With `culls` what is known is taken.

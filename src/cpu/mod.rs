@@ -1,12 +1,18 @@
 //! The CPU engine: tiles, lanes of SIMD, and all threads; no driver.
 
 mod bins;
+mod blend_importance;
+mod boundary;
 #[cfg(test)]
 mod bounds;
 mod caster_tests;
+mod cells;
+mod depth_image;
 pub mod exact;
 mod formulas;
+mod forward_importance;
 mod frame;
+mod importance_map;
 pub mod lanes;
 mod light_grid;
 mod light_space;
@@ -14,11 +20,13 @@ mod processor;
 mod queries;
 pub mod rasterize;
 mod receivers;
+mod shadow_edge;
 mod shadow_rays;
 mod shapes;
 mod tiles;
 mod verbs;
 mod view;
+mod warp_map;
 
 pub use frame::{Description, Frame, KeptParts, LABELS, Recorded, description};
 

@@ -11,6 +11,9 @@ use crate::scene::Scene;
 use crate::twin::Random;
 use glam::{DMat4, DQuat, DVec2, DVec3};
 
+#[cfg(test)]
+mod importance;
+
 fn signed(random: &mut Random) -> f64 {
     2.0 * random.share() - 1.0
 }

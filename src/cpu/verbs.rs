@@ -1,21 +1,31 @@
 //! The verbs of methods on the CPU.
 
+use super::blend_importance::blend_importance;
+use super::boundary::boundary;
+use super::depth_image::DepthImage;
 use super::exact::exact;
+use super::forward_importance::forward_importance;
 use super::frame::{
-    CASTER_TESTS_LABEL, Frame, HIERARCHY_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL,
-    Recorded, SAMPLES_LABEL, SHADOW_RAYS_LABEL,
+    BLEND_LABEL, BOUNDARY_LABEL, CASTER_TESTS_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
+    IMPORTANCE_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded, SAMPLES_LABEL,
+    SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL,
 };
+use super::importance_map::{Words, importance_map};
 use super::queries;
+use super::shadow_edge::shadow_edge;
 use super::shadow_rays::shadow_rays;
+use super::warp_map::WarpMap;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride};
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
+use crate::projection::Projection;
+use crate::sides::Source;
 use crate::stats::ReceiverCounts;
 use crate::verbs::{FitQueries, Traversal, Verbs};
-use crate::warp::{Axis, CountFit, Warp};
+use crate::warp::{Axis, CountFit};
 use glam::DVec2;
 use std::time::Instant;
 
@@ -90,6 +100,12 @@ impl<'a> FitQueries<'a> for Frame<'a> {
     }
 }
 
+/// What the light sees of a layer.
+pub struct Analysed {
+    projection: Projection,
+    image: DepthImage,
+}
+
 impl Recorded {
     fn without_layers(visibility: Vec<f32>) -> Self {
         Self {
@@ -108,9 +124,9 @@ fn is_missing<T>(verb: &str) -> Result<T> {
 
 impl<'a> Verbs<'a> for Frame<'a> {
     type Recorded = Recorded;
-    type Warp = Warp;
-    type Values = Vec<f32>;
-    type Analysed = ();
+    type Warp = WarpMap;
+    type Values = Words;
+    type Analysed = Analysed;
 
     fn shadows(&mut self, _: MapSettings, _: Vec<PlannedLayer>) -> Result<Recorded> {
         is_missing("maps")
@@ -150,76 +166,120 @@ impl<'a> Verbs<'a> for Frame<'a> {
         is_missing("shadow volumes")
     }
 
-    fn weights(&mut self, _: &str, _: &[f32], _: [u32; 2]) -> Result<Grid<Vec<f32>>> {
-        is_missing("weights")
+    fn weights(&mut self, _: &str, values: &[f32], size: [u32; 2]) -> Result<Grid<Words>> {
+        let [columns, rows] = size;
+        Ok(Grid {
+            values: values.iter().map(|value| value.to_bits()).collect(),
+            columns,
+            rows,
+        })
     }
 
-    fn boundary(&mut self, _: MapSettings, _: Vec<Layer>, _: f64) -> Result<Grid<Vec<f32>>> {
-        is_missing("boundaries")
+    fn boundary(
+        &mut self,
+        map: MapSettings,
+        layers: Vec<Layer>,
+        weight: f64,
+    ) -> Result<Grid<Words>> {
+        let layers = layers.into_iter().map(PlannedLayer::from).collect();
+        let plain = self.shadows(map, layers)?;
+        Ok(self.timed(BOUNDARY_LABEL, |frame| {
+            boundary(&frame.receivers(), &plain.visibility, weight)
+        }))
     }
 
-    fn depth_image(&mut self, _: Layer) -> Result<()> {
-        is_missing("depth images")
+    fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
+        let light = Source::of(self.light);
+        let image = self.timed(SHADOW_MAP_LABEL, |frame| {
+            DepthImage::new(&layer.projection, frame.scene, light)
+        });
+        match image {
+            Some(image) => Ok(Analysed {
+                projection: layer.projection,
+                image,
+            }),
+            None => is_missing("paraboloids"),
+        }
     }
 
-    fn shadow_edges(&mut self, _: &(), _: EdgeBias, _: f64) -> Result<Grid<Vec<f32>>> {
-        is_missing("shadow edges")
+    fn shadow_edges(
+        &mut self,
+        analysed: &Analysed,
+        bias: EdgeBias,
+        floor: f64,
+    ) -> Result<Grid<Words>> {
+        Ok(self.timed(SHADOW_EDGE_LABEL, |_| {
+            shadow_edge(&analysed.projection, &analysed.image, bias, floor)
+        }))
     }
 
     fn importance_map(
         &mut self,
-        _: &Layer,
-        _: u32,
-        _: Importance,
-        _: Factors<Vec<f32>>,
-        _: Option<&Warp>,
-    ) -> Result<ImportanceMap<Vec<f32>>> {
-        is_missing("importance maps")
+        layer: &Layer,
+        cells: u32,
+        importance: Importance,
+        factors: Factors<Words>,
+        warp: Option<&WarpMap>,
+    ) -> Result<ImportanceMap<Words>> {
+        let warp = warp.map(|map| &map.warp);
+        Ok(self.timed(IMPORTANCE_LABEL, |frame| {
+            importance_map(&frame.receivers(), layer, cells, importance, factors, warp)
+        }))
     }
 
     fn forward_importance(
         &mut self,
-        _: &(),
-        _: u32,
-        _: Factors<Vec<f32>>,
-    ) -> Result<ImportanceMap<Vec<f32>>> {
-        is_missing("importance maps")
+        analysed: &Analysed,
+        cells: u32,
+        factors: Factors<Words>,
+    ) -> Result<ImportanceMap<Words>> {
+        let Analysed { projection, image } = analysed;
+        Ok(self.timed(FORWARD_LABEL, |frame| {
+            forward_importance(frame.scene, frame.camera, projection, image, cells, factors)
+        }))
     }
 
     fn blend_importance(
         &mut self,
-        _: &mut ImportanceMap<Vec<f32>>,
-        _: OldImportance,
-        _: Option<&Warp>,
+        importance: &mut ImportanceMap<Words>,
+        old: OldImportance,
+        warp: Option<&WarpMap>,
     ) -> Result<()> {
-        is_missing("importance maps")
+        self.timed(BLEND_LABEL, |_| {
+            blend_importance(importance, old, warp.map(|map| &map.warp));
+        });
+        Ok(())
     }
 
-    fn warp(&mut self, _: u32, _: u32, _: u32) -> Result<Warp> {
-        is_missing("warps")
+    fn warp(&mut self, functions: u32, cells: u32, _: u32) -> Result<WarpMap> {
+        Ok(WarpMap::new(functions, cells))
     }
 
     fn fit_counts(
         &mut self,
-        _: &mut Warp,
-        _: Axis,
+        warp: &mut WarpMap,
+        axis: Axis,
         _: u32,
-        _: &ImportanceMap<Vec<f32>>,
-        _: CountFit,
+        counts: &ImportanceMap<Words>,
+        fit: CountFit,
     ) -> Result<()> {
-        is_missing("warps")
+        self.timed(WARP_LABEL, |_| warp.fit_counts(axis, counts, fit));
+        Ok(())
     }
 
     fn fit_maxima(
         &mut self,
-        _: &mut Warp,
-        _: Axis,
+        warp: &mut WarpMap,
+        axis: Axis,
         _: u32,
-        _: &ImportanceMap<Vec<f32>>,
-        _: f64,
+        importance: &ImportanceMap<Words>,
+        sigma: f64,
     ) -> Result<()> {
-        is_missing("warps")
+        self.timed(WARP_LABEL, |_| warp.fit_maxima(axis, importance, sigma));
+        Ok(())
     }
 
-    fn finish_warp(&mut self, _: &mut Warp, _: u32) {}
+    fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {
+        self.timed(WARP_LABEL, |_| warp.finish(resolution));
+    }
 }

@@ -31,7 +31,7 @@ pub fn shadow_edge(
     floor: f64,
 ) -> Result<Grid<PooledBuffer>> {
     let edges = frame.storage(LABEL, 4 * projection.texel_count() as u64)?;
-    let [constant, beam] = bias.depths(projection);
+    let [constant, beam] = bias.depths(projection, projection.unit());
     let uniform = ShadowEdgeUniform {
         constant_bias: constant as f32,
         beam_bias: beam as f32,
