@@ -99,8 +99,17 @@ fn a_cell_lists_every_triangle_over_it_with_room_for_it() {
         let scene = triangles(&mut random, 150);
         let grid = LightGrid::new(light_view(), &scene);
         for _ in 0..1000 {
-            let place = DVec2::new(random.share(), random.share()) * GRID as f64;
             let id = random.below(150) as u32;
+            // Anywhere, or a hair's breadth inside of a corner of the triangle.
+            let anywhere = DVec2::new(random.share(), random.share()) * GRID as f64;
+            let [a, b, c] = scene.corners(id);
+            let inside = a.lerp((a + b + c) / 3.0, 10_f64.powf(-3.0 - 4.0 * random.share()));
+            let [u, v] = [0, 1].map(|k| grid.view.homogeneous(inside).place[k]);
+            let is_beside = u.min(v) < 0.0 || u.max(v) >= GRID as f64;
+            let place = match random.below(2) == 0 || is_beside {
+                true => anywhere,
+                false => DVec2::new(u, v),
+            };
             let Some(nearness) = grid.view.nearness_at(&scene, place, id) else {
                 continue;
             };
@@ -158,6 +167,45 @@ fn a_triangle_is_seen_between_the_near_plane_and_the_far_one() {
         }
     }
     assert!(counts.iter().all(|&count| count > 20), "{counts:?}");
+}
+
+#[test]
+fn pixels_whose_middles_an_edge_nearly_passes_are_right() {
+    let mut random = Random(7);
+    let mut covered = 0;
+    for round in 0..40 {
+        // A rectangle, turned by a hair's breadth, whose sides pass the middles of pixels, all but.
+        let mut near = |from: f64| {
+            let off = 10_f64.powf(4.0 * random.share() - 7.0) * signed(&mut random).signum();
+            from + random.below(30) as f64 + 0.5 + off
+        };
+        let ([x0, y0], [x1, y1]) = ([near(0.0), near(0.0)], [near(90.0), near(60.0)]);
+        let turn = 1e-6 * signed(&mut random);
+        let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
+        let corner = |(x, y): (f64, f64)| DVec3::new(x + turn * y, y - turn * x, 1.0);
+        let corners = corners.map(corner).to_vec();
+        let scene = Scene::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        let view = View {
+            width: 150,
+            height: 100,
+            ..flat_view()
+        };
+        let image = rasterize(&view, &scene);
+        for y in 0..view.height {
+            for x in 0..view.width {
+                let middle = DVec2::new(x as f64, y as f64) + 0.5;
+                let is_in = |id| view.nearness_at(&scene, middle, id).is_some();
+                let found = image.triangles[image.tiling.index(x, y)];
+                let is_right = match found {
+                    NONE => !is_in(0) && !is_in(1),
+                    id => is_in(id),
+                };
+                assert!(is_right, "round {round}: {found} at {middle}");
+                covered += usize::from(found != NONE);
+            }
+        }
+    }
+    assert!(covered > 100_000, "{covered}");
 }
 
 #[test]

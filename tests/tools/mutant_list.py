@@ -83,9 +83,9 @@ CPU_RECEIVERS = "src/cpu/receivers.rs"
 
 MUTANTS = (
     Mutant(
-        "CPU engine", "a short edge is as sure as a long one", CPU_SHAPES,
-        "let turn = (longest / lengths[i]) * 2.0 + 2.0;",
-        "let turn = (longest / lengths[i]) * 0.0 + 1.0;", CPU_ENGINE,
+        "CPU engine", "corners are where they are, to the bit", CPU_SHAPES,
+        "let scale = splat(simd, 1.0) / (turn * rounding + off);",
+        "let scale = splat(simd, 1.0) / (turn * 0.0 + off);", CPU_ENGINE,
     ),
     Mutant(
         "CPU engine", "rounding turns no plane", CPU_SHAPES,
