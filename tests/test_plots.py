@@ -44,7 +44,7 @@ def test_time_against_error_shows_every_case_and_the_front(table):
     low, high = ax.get_ylim()
     assert low < 0
     assert high > 900
-    assert ax.get_xlabel() == "GPU time, ms"
+    assert ax.get_xlabel() == "time of all passes, ms"
 
 
 def test_a_method_without_a_resolution_has_no_label(table):

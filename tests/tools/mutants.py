@@ -2,8 +2,8 @@
 
 `python tests/tools/mutants.py -o docs/results/stability/mutants.csv` copies the project to
 target/mutants, changes one formula at a time, builds, and runs the tests named with it: a minute or
-two each, or seconds where it is a shader's, which the copy reads when it runs. A mutant that survives
-is a gap in the tests.
+two each, or seconds where it is a shader's, which the copy reads when it runs. A mutant that
+survives is a gap in the tests.
 """
 
 from __future__ import annotations

@@ -143,7 +143,7 @@ def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dic
     """The columns to look at first and those of some parameters, as rows for a text table."""
     columns = {
         **{name: name for name in ("scene", "camera", "light", "method", *parameters)},
-        "gpu_ms": "GPU ms",
+        "gpu_ms": "ms",
         "gpu_ms_q1": "from",
         "gpu_ms_q3": "to",
         "misclassified_count": "misclassified",
