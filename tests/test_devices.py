@@ -347,6 +347,24 @@ def test_without_any_driver_exact_renders():
     assert of_name.endswith("got 'llvmpipe': no adapter is called so; there is none")
 
 
+def test_the_demo_leaves_out_what_needs_a_driver(tmp_path):
+    process = ended(
+        f"""
+        from lixel import cli
+
+        raise SystemExit(cli.main(["demo", "--out", {str(tmp_path)!r}, "--size", "64x36"]))
+        """,
+        **NO_DRIVER,
+    )
+    assert process.returncode == 0, process.stderr
+    shown = {line.split()[0] for line in process.stdout.splitlines() if line}
+    left_out = {name for name in lx.METHODS if name not in ON_CPU and name != "spot"}
+    assert shown >= set(ON_CPU) - {"spot"}
+    assert not shown & left_out
+    assert not left_out or "install a Vulkan driver" in process.stderr
+    assert (tmp_path / "directional" / "exact.png").exists()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
 def test_an_interrupt_ends_a_list_of_lights():
     process = ended(
