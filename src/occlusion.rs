@@ -11,6 +11,7 @@ use crate::rounding::FLOAT64_ROUNDING;
 use crate::scene::{Scene, unit_normal};
 use crate::sides::Source;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 /// A receiver and its ray towards the light.
 pub struct ReceiverRay<'a> {
@@ -95,6 +96,29 @@ impl<'a> ReceiverRay<'a> {
         let depth = f64::from(side) * unit_normal(a, b, c).dot(corner);
         depth > FLOAT64_ROUNDING * (corner.length() + self.point.length())
     }
+}
+
+/// Puts lit pixels that one of the casters shadows into shadow, and tells how many pixels were lit and how many of them it
+/// found. `triangles` are what pixels see, negative for nothing.
+pub fn shadow_by(
+    casters: &[u32],
+    (scene, camera, light): (&Scene, &Camera, &Light),
+    triangles: &[i32],
+    visibility: &mut [f32],
+) -> [u32; 2] {
+    let pixels = visibility.par_iter_mut().zip(triangles).enumerate();
+    let count = pixels.map(|(pixel, (lit, &triangle))| {
+        let Some(triangle) = u32::try_from(triangle).ok().filter(|_| *lit > 0.0) else {
+            return [0, 0];
+        };
+        let ray = ReceiverRay::new(scene, camera, light, pixel as u32, triangle);
+        let is_found = casters.iter().any(|&caster| ray.is_shadowed_by(caster));
+        if is_found {
+            *lit = 0.0;
+        }
+        [1, u32::from(is_found)]
+    });
+    count.reduce(|| [0, 0], |a, b| [a[0] + b[0], a[1] + b[1]])
 }
 
 /// Whether the origin is inside of a triangle that is seen along axes.

@@ -20,10 +20,11 @@ use crate::gpu::{AdapterDescription, Gpu};
 use crate::light::Light;
 use crate::lock::lock;
 use crate::methods::Method;
+use crate::occlusion;
 use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
-use crate::stats::Stats;
+use crate::stats::{Fact, Stats};
 use crate::warp::Warp;
 use glam::DVec2;
 use std::sync::{Arc, Mutex};
@@ -387,11 +388,11 @@ fn record(
     let Recorded { visibility, layers } = method.record(&mut view)?;
 
     let pixels = view.camera.pixel_count();
+    let at_light = view.casters_at_light();
     let frame = view.frame();
     let gpu = frame.gpu.clone();
     let visibility = frame.read::<f32>(Source::Taken(visibility), pixels)?;
-    let keys = outputs
-        .reads_triangles()
+    let keys = (outputs.reads_triangles() || !at_light.is_empty())
         .then(|| frame.read::<u64>(Source::Kept(visibility_buffer), pixels))
         .transpose()?;
     let unsure = view.read_unsure()?;
@@ -417,19 +418,34 @@ fn record(
             frame.add_time(unsure::LABEL, start.elapsed().as_secs_f64() * 1e3);
         }
     }
+    let triangle_id = match &keys {
+        Some(keys) => {
+            let keys = results.take(keys)?.into_iter();
+            keys.map(visibility::triangle_from_key).collect()
+        }
+        None => Vec::new(),
+    };
+    if !at_light.is_empty() {
+        let start = Instant::now();
+        let view = (scene, camera, light);
+        let [tests, found] = occlusion::shadow_by(at_light, view, &triangle_id, &mut lit);
+        let facts = vec![
+            Fact::sum("tests", tests),
+            Fact::sum("found_in_shadow", found),
+        ];
+        frame.facts.add(unsure::LABEL, facts);
+        frame.add_time(unsure::LABEL, start.elapsed().as_secs_f64() * 1e3);
+    }
     stats.facts = frame.facts.clone();
     stats.layers = layers.len();
     let mut rendered = Rendered {
         visibility: lit,
+        triangle_id,
         timings: frame.timings(),
         stats,
         adapter: gpu.adapter.clone(),
         ..Rendered::default()
     };
-    if let Some(keys) = &keys {
-        let keys = results.take(keys)?.into_iter();
-        rendered.triangle_id = keys.map(visibility::triangle_from_key).collect();
-    }
     for layer in layers {
         layer.take(&results, &mut rendered)?;
     }

@@ -4,6 +4,7 @@
 //! is nearly in the plane: a lamp on a ceiling, a sun along a wall. A triangle that the light lies in the
 //! plane of is seen edge-on from the light: it is not lit, and it shadows nothing.
 
+use crate::geometry::bounds_of;
 use crate::light::Light;
 use crate::rounding::ROUNDING;
 use crate::scene::Scene;
@@ -90,13 +91,11 @@ const HIDDEN_SHARE: f64 = 16.0 * ROUNDING;
 /// in the lowest bits. 0: float32 finds the side; else the side plus 2. `None` where float32 finds all of them.
 pub fn sides_for_float32(scene: &Scene, light: &Light, eye: DVec3) -> Option<Vec<u32>> {
     let source = Source::of(light);
-    let (low, high) = scene.bounds();
-    let farthest = |point: DVec3| (point - low).abs().max((point - high).abs()).length();
     // The height above a plane is the product of this and the plane.
     let (to_height, reach) = match source {
         Source::Point(position) => (
             (position - scene.centre()).as_vec3().extend(-1.0),
-            HIDDEN_SHARE * (farthest(position) + farthest(eye)),
+            hidden_height(scene, position, eye),
         ),
         Source::Direction(towards) => (towards.as_vec3().extend(0.0), HIDDEN_SHARE),
     };
@@ -118,6 +117,39 @@ pub fn sides_for_float32(scene: &Scene, light: &Light, eye: DVec3) -> Option<Vec
     let words = scene.planes().par_chunks(PER_WORD).enumerate();
     let words: Vec<u32> = words.with_min_len(1024).map(word).collect();
     words.iter().any(|&word| word != 0).then_some(words)
+}
+
+/// What float32 may hide of the height of a light above a plane.
+fn hidden_height(scene: &Scene, position: DVec3, eye: DVec3) -> f64 {
+    let (low, high) = scene.bounds();
+    let farthest = |point: DVec3| (point - low).abs().max((point - high).abs()).length();
+    HIDDEN_SHARE * (farthest(position) + farthest(eye))
+}
+
+/// How far beside a light a triangle may end, in heights that float32 may hide, and still be at it: the rays that leave
+/// it farther away are within a degree of its plane.
+const BESIDE: f64 = 64.0;
+
+/// The triangles that a light is at, on one side or the other, of those whose sides `sides_for_float32` told. They are
+/// nearer to it than what a map holds, and may shadow half of space.
+pub fn triangles_at_light(scene: &Scene, light: &Light, eye: DVec3, words: &[u32]) -> Vec<u32> {
+    let Some(position) = light.position() else {
+        return Vec::new();
+    };
+    let reach = BESIDE * hidden_height(scene, position, eye);
+    let has_side = |triangle: u32| {
+        let triangle = triangle as usize;
+        matches!(
+            words[triangle / PER_WORD] >> (2 * (triangle % PER_WORD)) & 3,
+            1 | 3
+        )
+    };
+    let is_near = |triangle: u32| {
+        let (low, high) = bounds_of(scene.corners(triangle).into_iter());
+        position.distance(position.clamp(low, high)) <= reach
+    };
+    let count = scene.planes().len() as u32;
+    (0..count).filter(|&t| has_side(t) && is_near(t)).collect()
 }
 
 #[cfg(test)]
@@ -207,6 +239,15 @@ mod tests {
             sides_for_float32(&scene, &light(3.0 + 2e-9), eye),
             Some(vec![3 << 6, 3])
         );
+        // Of those that it is off, only the one beside it is at it.
+        let words = sides_for_float32(&scene, &light(3.0 + 2e-9), eye).unwrap();
+        let at = |x: f64, words: &[u32]| {
+            let light = Light::point(DVec3::new(x, 3.0 + 2e-9, 0.2)).unwrap();
+            triangles_at_light(&scene, &light, eye, words)
+        };
+        assert_eq!(at(0.2, &words), [3, 16]);
+        assert!(at(-0.2, &words).is_empty());
+        assert_eq!(at(0.2, &[2 << 6, 1]), [16]);
         // A sun along all of them.
         let sun = Light::directional(DVec3::X).unwrap();
         assert_eq!(

@@ -84,8 +84,10 @@ def test_a_lamp_behind_a_surface_lights_nothing_before_it(room, place, gap):
         truth = lx.reference(scene, camera, light)
         assert (truth.visibility == 0.0).all()
         assert not truth.tie.any()
-        for method in EXACT:
-            assert (lx.render_shadows(scene, camera, light, method) == 0.0).all(), (light, method)
+        methods = [lx.method_from(name) for name in lx.METHODS]
+        for method in (method for method in methods if method.takes(light)):
+            image = lx.render_shadows(scene, camera, light, method)
+            assert (image == 0.0).all(), (light, method.name)
 
 
 @pytest.mark.parametrize("method", EXACT)

@@ -12,7 +12,7 @@ use crate::light::Light;
 use crate::lock::Kept;
 use crate::rounding::double_single;
 use crate::scene::Scene;
-use crate::sides::sides_for_float32;
+use crate::sides::{sides_for_float32, triangles_at_light};
 use bytemuck::Zeroable;
 use glam::{DVec3, UVec3, UVec4, Vec3, Vec4};
 use rayon::prelude::*;
@@ -204,19 +204,31 @@ impl SceneTables {
 }
 
 /// The sides of triangles that a light is on, where float32 may be wrong: `shaders/lib/light_sides.wgsl`.
-pub struct LightSides(Option<wgpu::TextureView>);
+pub struct LightSides {
+    table: Option<wgpu::TextureView>,
+    /// The triangles that the light is at: see `triangles_at_light`.
+    pub at_light: Vec<u32>,
+}
 
 impl LightSides {
     pub fn new(gpu: &Gpu, scene: &Scene, light: &Light, eye: DVec3) -> Result<Self> {
-        let words = sides_for_float32(scene, light, eye);
-        let table = words.map(|words| filled_table(gpu, "sides of the light", R32Uint, words));
-        table.transpose().map(Self)
+        let Some(words) = sides_for_float32(scene, light, eye) else {
+            return Ok(Self {
+                table: None,
+                at_light: Vec::new(),
+            });
+        };
+        Ok(Self {
+            at_light: triangles_at_light(scene, light, eye, &words),
+            table: Some(filled_table(gpu, "sides of the light", R32Uint, words)?),
+        })
     }
 }
 
 impl Kernel {
     /// Binds the sides of a light, or any table where float32 finds them.
-    pub fn light_sides(self, scene: &SceneTables, LightSides(table): &LightSides) -> Self {
+    pub fn light_sides(self, scene: &SceneTables, sides: &LightSides) -> Self {
+        let table = &sides.table;
         self.bind(18, table.as_ref().unwrap_or(&scene.vertex_indices))
             .constant("has_light_sides", table.is_some())
     }

@@ -217,6 +217,14 @@ impl<'a> View<'a> {
         read.transpose()
     }
 
+    /// The triangles that the light is at, where the method does not know of them.
+    pub(crate) fn casters_at_light(&self) -> &'a [u32] {
+        match self.leaves_open {
+            true => &[],
+            false => &self.seen.light_sides.at_light,
+        }
+    }
+
     pub(crate) fn finish(self) -> (Recording, Stats) {
         (self.frame, self.stats)
     }
