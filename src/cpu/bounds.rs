@@ -320,14 +320,19 @@ fn a_receiver_is_hit_or_missed_for_sure_only_where_float64_says_so() {
 fn receivers_face_the_light_and_fall_where_its_views_see_them() {
     let mut random = Random(6);
     let mut counts = [0; 2];
-    for round in 0..30 {
+    for round in 0..60 {
         let scene = triangles(&mut random, 12);
         let camera = camera(&mut random, (40, 24), (1e-3, f64::INFINITY));
         let image = rasterize(&View::of_camera(&camera), &scene);
         let place = 2.0 * vector(&mut random);
-        let light = match round % 3 {
+        // In the plane of a triangle that is seen, but for rounding.
+        let seen = image.triangles.iter().find(|&&id| id != NONE);
+        let [a, b, c] = scene.corners(*seen.unwrap_or(&0));
+        let in_plane = a.lerp(b, signed(&mut random)).lerp(c, signed(&mut random));
+        let light = match round % 4 {
             0 => Light::directional(place),
             1 => Light::point(place),
+            2 => Light::point(in_plane),
             _ => Light::spot(place, vector(&mut random), 1.0),
         };
         let light = light.unwrap();
