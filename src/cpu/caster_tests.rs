@@ -13,8 +13,9 @@ use super::light_grid::{
 use super::rasterize::NONE;
 use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
 use super::shapes::{Corners, Shapes};
-use super::tiles::BLOCK;
+use super::tiles::{BLOCK, TILE};
 use super::view::View;
+use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
 
@@ -76,69 +77,92 @@ struct InCell<S: Simd> {
     /// Of all: the box, and the farthest with what rounding may do to it.
     sides: [f32; 4],
     limit: f32,
-    /// Relative to it the shapes are set up.
+    /// The middle of the cell: relative to it the shapes are set up.
     origin: [f32; 2],
     u: [f32x8<S>; BLOCK],
     v: [f32x8<S>; BLOCK],
 }
 
 impl Tests<'_> {
-    /// Answers eight rows, and gives the extents of receivers that fall in no grid.
+    /// Answers a tile, and gives the extents of receivers that fall in no grid.
     #[inline(always)]
-    pub fn answer_rows<S: Simd>(&self, simd: S, y: usize, rows: &mut [f32]) -> [Extent; 6] {
-        let tiling = &self.receivers.image.tiling;
-        let mut known = KnownPlanes::default();
+    pub fn answer_tile<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        rows: &mut [&mut [f32]],
+        known: &mut Known,
+    ) -> [Extent; 6] {
+        let corner = self.receivers.image.tiling.corner(tile);
         let mut block = BlockReceivers::none(simd);
         let mut places = BlockPlaces::none(simd);
         let mut beside = [Extent::EMPTY; 6];
-        for x in (0..tiling.width).step_by(BLOCK) {
-            let mut lit = [0; BLOCK];
-            if self
-                .receivers
-                .block(simd, (x, y), 0..BLOCK, &mut known, &mut block)
-            {
-                let masks = masks_of_views(simd, self.receivers, &block, self.views.len());
-                for (face, grids) in self.grids.iter().enumerate() {
-                    let mut left = masks[face];
-                    for (grid, view) in grids {
-                        if left == [0; BLOCK] {
-                            break;
-                        }
-                        view.places(simd, &block, &left, &mut places);
-                        let within = within_grid(simd, &places, &left);
-                        let seen = InGrid {
-                            grid,
-                            block: &block,
-                            places: &places,
-                            pixel: (x, y),
-                        };
-                        let shadowed = self.shadowed(simd, &seen, &within);
-                        for i in 0..BLOCK {
-                            lit[i] |= within[i] & !shadowed[i];
-                            left[i] &= !within[i];
-                        }
-                    }
-                    if left != [0; BLOCK] {
-                        let view = ViewFromEye::new(&self.views[face], self.receivers.eye);
-                        view.places(simd, &block, &left, &mut places);
-                        beside[face].add(simd, &places, &left);
-                    }
-                }
+        for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
+            for x in (0..rows[0].len()).step_by(BLOCK) {
+                let pixel = (corner.0 + x, corner.1 + i * BLOCK);
+                let lit =
+                    match self
+                        .receivers
+                        .block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block)
+                    {
+                        true => self.lit(simd, pixel, &block, &mut places, &mut beside, known),
+                        false => [0; BLOCK],
+                    };
+                self.write(rows, x, pixel, &lit);
             }
-            self.write(rows, (x, y), &lit);
         }
         beside
     }
 
+    /// Which receivers of a block are lit, as far as they fall in a grid.
     #[inline(always)]
-    fn write(&self, rows: &mut [f32], (x, y): (usize, usize), lit: &[u32; BLOCK]) {
-        let tiling = &self.receivers.image.tiling;
-        let width = BLOCK.min(tiling.width - x);
-        for (i, lit) in lit.iter().enumerate().take(tiling.height - y) {
-            let place = tiling.index(x, y + i);
-            let ids = &self.receivers.image.triangles[place..place + width];
-            let row = &mut rows[i * tiling.width + x..][..width];
-            for (j, (pixel, &id)) in row.iter_mut().zip(ids).enumerate() {
+    fn lit<S: Simd>(
+        &self,
+        simd: S,
+        pixel: (usize, usize),
+        block: &BlockReceivers<S>,
+        places: &mut BlockPlaces<S>,
+        beside: &mut [Extent; 6],
+        known: &mut Known,
+    ) -> [u32; BLOCK] {
+        let mut lit = [0; BLOCK];
+        let masks = masks_of_views(simd, self.receivers, block, self.views.len());
+        for (face, grids) in self.grids.iter().enumerate() {
+            let mut left = masks[face];
+            for (grid, view) in grids {
+                if left == [0; BLOCK] {
+                    break;
+                }
+                view.places(simd, block, &left, places);
+                let within = within_grid(simd, places, &left);
+                let seen = InGrid {
+                    grid,
+                    block,
+                    places,
+                    pixel,
+                };
+                let shadowed = self.shadowed(simd, &seen, &within, &mut known.shapes);
+                for i in 0..BLOCK {
+                    lit[i] |= within[i] & !shadowed[i];
+                    left[i] &= !within[i];
+                }
+            }
+            if left != [0; BLOCK] {
+                let view = ViewFromEye::new(&self.views[face], self.receivers.eye);
+                view.places(simd, block, &left, places);
+                beside[face].add(simd, places, &left);
+            }
+        }
+        lit
+    }
+
+    /// Writes a block to its place in the rows of a tile.
+    #[inline(always)]
+    fn write(&self, rows: &mut [&mut [f32]], x: usize, pixel: (usize, usize), lit: &[u32; BLOCK]) {
+        let first = self.receivers.image.tiling.index(pixel.0, pixel.1);
+        for (i, (row, lit)) in rows.iter_mut().zip(lit).enumerate() {
+            let ids = &self.receivers.image.triangles[first + i * TILE..][..BLOCK];
+            for (j, (pixel, &id)) in row[x..].iter_mut().zip(ids).enumerate() {
                 *pixel = if id == NONE {
                     f32::NAN
                 } else {
@@ -150,7 +174,13 @@ impl Tests<'_> {
 
     /// Which of the receivers are in shadow.
     #[inline(always)]
-    fn shadowed<S: Simd>(&self, simd: S, seen: &InGrid<S>, masks: &[u32; BLOCK]) -> [u32; BLOCK] {
+    fn shadowed<S: Simd>(
+        &self,
+        simd: S,
+        seen: &InGrid<S>,
+        masks: &[u32; BLOCK],
+        known: &mut KnownShapes,
+    ) -> [u32; BLOCK] {
         let InGrid { grid, places, .. } = *seen;
         let mut unseen = *masks;
         let mut shadowed = [0; BLOCK];
@@ -167,10 +197,12 @@ impl Tests<'_> {
                 unseen[i] &= !within[i];
             }
             let number = cell as usize;
-            let held = grid.cell(number % GRID_CELLS, number / GRID_CELLS);
-            let origin = [places.u[row][lane], places.v[row][lane]];
-            let mut in_cell = InCell::new(simd, places, within, origin);
-            self.test_cell(simd, seen, held, &mut in_cell);
+            let (column, row_of_cells) = (number % GRID_CELLS, number / GRID_CELLS);
+            let held = grid.cell(column, row_of_cells);
+            let middle = [column, row_of_cells].map(|i| (i * CELL + CELL / 2) as f32);
+            let one = [places.u[row][lane], places.v[row][lane]];
+            let mut in_cell = InCell::new(simd, places, within, (one, middle));
+            self.test_cell(simd, seen, held, &mut in_cell, known);
             for i in row..BLOCK {
                 shadowed[i] |= within[i] & !in_cell.left[i];
             }
@@ -179,13 +211,21 @@ impl Tests<'_> {
     }
 
     #[inline(always)]
-    fn test_cell<S: Simd>(&self, simd: S, seen: &InGrid<S>, cell: Cell, in_cell: &mut InCell<S>) {
+    fn test_cell<S: Simd>(
+        &self,
+        simd: S,
+        seen: &InGrid<S>,
+        cell: Cell,
+        in_cell: &mut InCell<S>,
+        known: &mut KnownShapes,
+    ) {
         for head in cell.heads {
             for place in bits(head.meets(simd, in_cell.sides, in_cell.limit)) {
                 let group = &cell.groups[head.ids[place] as usize];
                 let met = group.meets(simd, in_cell.sides, in_cell.limit);
                 if met != 0 {
-                    self.test_group(simd, seen, group, met, in_cell);
+                    let known = known.get(simd, self.receivers.scene, seen.grid, group, in_cell);
+                    self.test_group(simd, seen, (group, known), met, in_cell);
                     if in_cell.limit == f32::INFINITY {
                         return;
                     }
@@ -199,38 +239,23 @@ impl Tests<'_> {
         &self,
         simd: S,
         seen: &InGrid<S>,
-        group: &Group,
+        (group, known): (&Group, &mut KnownGroup),
         met: u32,
         in_cell: &mut InCell<S>,
     ) {
-        let view = &seen.grid.view;
-        let mut rows_of = [0; LANES];
-        let mut any = 0;
+        let (grid, scene) = (seen.grid, self.receivers.scene);
+        for lane in bits(met & known.unset) {
+            known.set_wide(lane, scene, grid, group.ids[lane], in_cell.origin);
+        }
+        let met = met & !known.unseen;
+        let met = met
+            & known
+                .shapes
+                .may_hide(simd, in_cell.box_from_origin(), in_cell.limit);
         for lane in bits(met) {
-            rows_of[lane] = in_cell.rows(simd, group, lane);
-            any |= rows_of[lane];
-        }
-        if any == 0 {
-            return;
-        }
-        let scene = self.receivers.scene;
-        let triangles = triangles_of(scene, group.ids);
-        let corners = Corners::new(simd, &seen.grid.places, triangles);
-        let wide = corners.wide(simd, view) & met;
-        let corners = corners.relative_to(in_cell.origin);
-        let mut shapes = Shapes::new(simd, &corners, view.rounding(), 2.0 * CELL as f32);
-        let mut met = met;
-        for lane in bits(wide) {
-            let origin = DVec2::new(f64::from(in_cell.origin[0]), f64::from(in_cell.origin[1]));
-            let side = 2.0 * CELL as f64;
-            let id = group.ids[lane];
-            if !shapes.set_wide(lane, (view, scene), id, origin, side, view.rounding()) {
-                met &= !(1 << lane);
-            }
-        }
-        for lane in bits(met) {
-            let id = group.ids[lane];
-            if self.test_triangle(simd, seen, (&shapes, lane), id, rows_of[lane], in_cell) {
+            let rows = in_cell.rows(simd, group, lane);
+            let shape = (&known.shapes, lane);
+            if self.test_triangle(simd, seen, shape, group.ids[lane], rows, in_cell) {
                 in_cell.set_limit();
                 if in_cell.limit == f32::INFINITY {
                     return;
@@ -277,6 +302,88 @@ impl Tests<'_> {
     }
 }
 
+/// What a thread keeps from block to block.
+#[derive(Default)]
+pub struct Known {
+    planes: KnownPlanes,
+    shapes: KnownShapes,
+}
+
+/// Groups whose shapes are kept at hand.
+const KNOWN_GROUPS: usize = 128;
+
+/// Shapes of groups that were asked for before: blocks beside each other look at the same ones.
+pub struct KnownShapes(Vec<KnownGroup>);
+
+/// The shapes of a group's triangles, relative to the middle of its cell.
+#[derive(Clone)]
+struct KnownGroup {
+    /// Where the group lies in memory.
+    address: usize,
+    shapes: Shapes,
+    /// Lanes that are for float64 and not set up yet, and those that are seen edge-on.
+    unset: u32,
+    unseen: u32,
+}
+
+impl Default for KnownShapes {
+    fn default() -> Self {
+        let none = KnownGroup {
+            address: 0,
+            shapes: Shapes::NONE,
+            unset: 0,
+            unseen: 0,
+        };
+        Self(vec![none; KNOWN_GROUPS])
+    }
+}
+
+impl KnownShapes {
+    #[inline(always)]
+    fn get<S: Simd>(
+        &mut self,
+        simd: S,
+        scene: &Scene,
+        grid: &LightGrid,
+        group: &Group,
+        in_cell: &InCell<S>,
+    ) -> &mut KnownGroup {
+        let address = std::ptr::from_ref(group).addr();
+        let known = &mut self.0[address / size_of::<Group>() % KNOWN_GROUPS];
+        if known.address != address {
+            let triangles = triangles_of(scene, group.ids);
+            let corners = Corners::new(simd, &grid.places, triangles);
+            known.address = address;
+            known.unset = corners.wide(simd, &grid.view);
+            known.unseen = 0;
+            let corners = corners.relative_to(in_cell.origin);
+            known.shapes = Shapes::new(simd, &corners, grid.view.rounding(), CELL as f32);
+        }
+        known
+    }
+}
+
+impl KnownGroup {
+    /// Sets one of the triangles up in float64.
+    #[inline(never)]
+    fn set_wide(
+        &mut self,
+        lane: usize,
+        scene: &Scene,
+        grid: &LightGrid,
+        id: u32,
+        [u, v]: [f32; 2],
+    ) {
+        let origin = DVec2::new(f64::from(u), f64::from(v));
+        let (side, rounding) = (CELL as f64, grid.view.rounding());
+        let (shapes, seen) = (&mut self.shapes, (&grid.view, scene));
+        self.unset &= !(1 << lane);
+        if !shapes.set_wide(lane, seen, id, origin, side, rounding) {
+            self.unseen |= 1 << lane;
+        }
+    }
+}
+
 /// The receivers that do not fall beside the grid.
 #[inline(always)]
 fn within_grid<S: Simd>(simd: S, places: &BlockPlaces<S>, masks: &[u32; BLOCK]) -> [u32; BLOCK] {
@@ -305,7 +412,12 @@ fn farthest<S: Simd>(simd: S, nearness: f32x8<S>, left: u32) -> f32 {
 
 impl<S: Simd> InCell<S> {
     #[inline(always)]
-    fn new(simd: S, places: &BlockPlaces<S>, left: [u32; BLOCK], origin: [f32; 2]) -> Self {
+    fn new(
+        simd: S,
+        places: &BlockPlaces<S>,
+        left: [u32; BLOCK],
+        (one, origin): ([f32; 2], [f32; 2]),
+    ) -> Self {
         let mut in_cell = Self {
             left,
             low_u: [f32::INFINITY; BLOCK],
@@ -324,8 +436,8 @@ impl<S: Simd> InCell<S> {
                 continue;
             }
             let mask = mask32x8::from_bitmask(simd, u64::from(left));
-            let u = mask.select(places.u[i], splat(simd, origin[0]));
-            let v = mask.select(places.v[i], splat(simd, origin[1]));
+            let u = mask.select(places.u[i], splat(simd, one[0]));
+            let v = mask.select(places.v[i], splat(simd, one[1]));
             (in_cell.low_u[i], in_cell.high_u[i]) = (u.reduce_min(), u.reduce_max());
             (in_cell.low_v[i], in_cell.high_v[i]) = (v.reduce_min(), v.reduce_max());
             in_cell.farthest[i] = farthest(simd, places.nearness[i], left);
@@ -345,6 +457,13 @@ impl<S: Simd> InCell<S> {
             f32x8::simd_from(simd, self.low_v).reduce_min(),
             f32x8::simd_from(simd, self.high_v).reduce_max(),
         ];
+    }
+
+    /// The box relative to the origin.
+    #[inline(always)]
+    fn box_from_origin(&self) -> [f32; 4] {
+        let ([low_u, high_u, low_v, high_v], [u, v]) = (self.sides, self.origin);
+        [low_u - u, high_u - u, low_v - v, high_v - v]
     }
 
     #[inline(always)]

@@ -1,12 +1,12 @@
 //! Exact shadows: a grid of triangles over the receivers, as the light sees them, and every receiver against those in
 //! its cell.
 
-use super::caster_tests::{SeenGrid, Tests, masks_of_views};
+use super::caster_tests::{Known, SeenGrid, Tests, masks_of_views};
 use super::lanes::{Simd, dispatch, level};
 use super::light_grid::{GRID, LightGrid};
 use super::rasterize::Image;
 use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
-use super::tiles::BLOCK;
+use super::tiles::{BLOCK, cut};
 use super::view::{Nearness, View};
 use crate::camera::Camera;
 use crate::light::Light;
@@ -30,7 +30,10 @@ pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Ve
     let mut visibility = vec![0.0; width * image.tiling.height];
     let mut grids: Vec<Vec<SeenGrid>> = views.iter().map(|_| Vec::new()).collect();
     let mut extents = sampled_extents(&receivers, &views);
-    let mut open: Vec<_> = visibility.chunks_mut(width * BLOCK).enumerate().collect();
+    let mut open: Vec<_> = cut(&mut visibility, image.tiling)
+        .into_iter()
+        .enumerate()
+        .collect();
     // Again with more grids where some receivers are beside what the samples showed.
     while !open.is_empty() {
         for (grids, (view, extent)) in grids.iter_mut().zip(views.iter().zip(&extents)) {
@@ -45,16 +48,14 @@ pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Ve
             views: &views,
             grids: &grids,
         };
-        let beside: Vec<_> = open
-            .into_par_iter()
-            .filter_map(|(i, rows)| {
-                let beside = dispatch!(level(), simd => tests.answer_rows(simd, i * BLOCK, rows));
-                beside
-                    .iter()
-                    .any(|extent| !extent.is_empty())
-                    .then_some((i, rows, beside))
-            })
-            .collect();
+        let answer = |known: &mut Known, (tile, mut rows): (usize, Vec<_>)| {
+            let beside =
+                dispatch!(level(), simd => tests.answer_tile(simd, tile, &mut rows, known));
+            let is_open = beside.iter().any(|extent| !extent.is_empty());
+            is_open.then_some((tile, rows, beside))
+        };
+        let answers = open.into_par_iter().map_init(Known::default, answer);
+        let beside: Vec<_> = answers.flatten().collect();
         extents = vec![Extent::EMPTY; views.len()];
         for (_, _, beside) in &beside {
             for (extent, beside) in extents.iter_mut().zip(beside) {

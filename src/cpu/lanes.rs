@@ -6,7 +6,7 @@
 use fearless_simd::{Level, prelude::*};
 use std::sync::OnceLock;
 
-pub use fearless_simd::{Simd, dispatch, f32x4, f32x8, f64x8, mask32x8, u32x8};
+pub use fearless_simd::{Simd, dispatch, f32x4, f32x8, f64x4, f64x8, mask32x8, u32x8};
 
 /// Numbers in a vector.
 pub const LANES: usize = 8;
@@ -53,6 +53,33 @@ pub fn columns<S: Simd>(simd: S, rows: [&[f32; 4]; LANES]) -> [f32x8<S>; 4] {
 fn transposed<S: Simd>(simd: S, [a, b, c, d]: [&[f32; 4]; 4]) -> [f32x4<S>; 4] {
     let (a, b) = (f32x4::simd_from(simd, *a), f32x4::simd_from(simd, *b));
     let (c, d) = (f32x4::simd_from(simd, *c), f32x4::simd_from(simd, *d));
+    let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
+    let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
+    [
+        ac_low.zip_low(bd_low),
+        ac_low.zip_high(bd_low),
+        ac_high.zip_low(bd_high),
+        ac_high.zip_high(bd_high),
+    ]
+}
+
+/// The same of float64.
+#[inline(always)]
+pub fn columns64<S: Simd>(simd: S, rows: &[[f64; 4]; LANES]) -> [f64x8<S>; 4] {
+    let low = transposed64(simd, [&rows[0], &rows[1], &rows[2], &rows[3]]);
+    let high = transposed64(simd, [&rows[4], &rows[5], &rows[6], &rows[7]]);
+    [
+        low[0].combine(high[0]),
+        low[1].combine(high[1]),
+        low[2].combine(high[2]),
+        low[3].combine(high[3]),
+    ]
+}
+
+#[inline(always)]
+fn transposed64<S: Simd>(simd: S, [a, b, c, d]: [&[f64; 4]; 4]) -> [f64x4<S>; 4] {
+    let (a, b) = (f64x4::simd_from(simd, *a), f64x4::simd_from(simd, *b));
+    let (c, d) = (f64x4::simd_from(simd, *c), f64x4::simd_from(simd, *d));
     let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
     let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
     [

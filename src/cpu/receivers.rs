@@ -1,6 +1,6 @@
 //! Receivers: where the ray of each pixel meets the plane of its triangle, in float64.
 
-use super::lanes::{LANES, Simd, each, f32x8, f64x8, mask32x8};
+use super::lanes::{LANES, Simd, bits, columns64, each, f32x8, f64x8, mask32x8, u32x8};
 use super::rasterize::{Image, NONE};
 use super::tiles::{BLOCK, TILE};
 use super::view::{Nearness, View};
@@ -17,7 +17,7 @@ use std::ops::Range;
 const SURE_OF_SIDE: f64 = 1e-10;
 
 /// Triangles whose planes are kept at hand.
-const KNOWN: usize = 32;
+const KNOWN: usize = 512;
 
 /// What a camera sees, and a light that may reach it. Points are relative to the eye.
 pub struct Receivers<'a> {
@@ -34,27 +34,21 @@ pub struct Receivers<'a> {
     row: DVec3,
 }
 
-/// The plane of a triangle: normal * point = height. The normal is of any length.
-#[derive(Debug, Clone, Copy)]
-struct SeenPlane {
-    triangle: u32,
-    normal: DVec3,
-    height: f64,
-    faces_light: bool,
+/// Planes of triangles that were asked for before, each at the rest of its number by theirs.
+pub struct KnownPlanes {
+    triangles: Box<[u32; KNOWN]>,
+    /// The normal, of any length, and its product with the points of the plane.
+    planes: Box<[[f64; 4]; KNOWN]>,
+    faces_light: Box<[bool; KNOWN]>,
 }
-
-/// Planes of triangles that were asked for before.
-pub struct KnownPlanes([SeenPlane; KNOWN]);
 
 impl Default for KnownPlanes {
     fn default() -> Self {
-        let none = SeenPlane {
-            triangle: NONE,
-            normal: DVec3::ZERO,
-            height: 0.0,
-            faces_light: false,
-        };
-        Self([none; KNOWN])
+        Self {
+            triangles: Box::new([NONE; KNOWN]),
+            planes: Box::new([[0.0; 4]; KNOWN]),
+            faces_light: Box::new([false; KNOWN]),
+        }
     }
 }
 
@@ -102,32 +96,98 @@ impl<'a> Receivers<'a> {
         }
     }
 
-    fn plane(&self, triangle: u32) -> SeenPlane {
-        let corners = self.scene.corners(triangle);
-        let [a, b, c] = each(corners, |corner| corner - self.eye);
-        let (v, w) = (b - a, c - a);
-        let normal = v.cross(w);
-        let side = |source: Source, way: DVec3| {
-            let height = normal.dot(way);
-            // Far from what rounding may do, the sign is the answer.
-            let size = |v: DVec3| v.abs().max_element();
-            let farthest = size(corners[0]).max(size(corners[1])).max(size(corners[2]));
-            match height.abs() > SURE_OF_SIDE * size(v) * size(w) * (size(way) + farthest) {
-                true => height.signum() as i8,
-                false => source.side_of(corners),
+    /// Finds the planes of eight triangles, and which of them show the camera the side that the light reaches.
+    #[inline(never)]
+    fn learn_eight<S: Simd>(&self, simd: S, ids: [u32; LANES], known: &mut KnownPlanes) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.learn_lanes(simd, ids, known),
+        );
+    }
+
+    #[inline(always)]
+    fn learn_lanes<S: Simd>(&self, simd: S, ids: [u32; LANES], known: &mut KnownPlanes) {
+        let mut world = [[[0.0; LANES]; 3]; 3];
+        for (lane, &id) in ids.iter().enumerate() {
+            for (of_corner, corner) in world.iter_mut().zip(self.scene.corners(id)) {
+                for (of_axis, value) in of_corner.iter_mut().zip(corner.to_array()) {
+                    of_axis[lane] = value;
+                }
             }
-        };
+        }
+        let world = each(world, |corner| {
+            each(corner, |axis| f64x8::simd_from(simd, axis))
+        });
+        let eye = self.eye.to_array();
+        let minus = |a: &[f64x8<S>; 3], b: &[f64x8<S>; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+        let eye = each(eye, |v| splat64(simd, v));
+        let a = minus(&world[0], &eye);
+        let (v, w) = (minus(&world[1], &world[0]), minus(&world[2], &world[0]));
+        let normal = [
+            v[1] * w[2] - v[2] * w[1],
+            v[2] * w[0] - v[0] * w[2],
+            v[0] * w[1] - v[1] * w[0],
+        ];
+        let height = dot(normal, a);
+        let light_at = each(self.light_at.to_array(), |v| splat64(simd, v));
         let to_light = match self.light.position() {
-            Some(_) => self.light_at - a,
-            None => self.light_at,
+            Some(_) => minus(&light_at, &a),
+            None => light_at,
         };
-        let faces_light =
-            side(Source::of(self.light), to_light) * side(Source::Point(self.eye), -a) > 0;
-        SeenPlane {
-            triangle,
-            normal,
-            height: normal.dot(a),
-            faces_light,
+        let above = dot(normal, to_light);
+        // Far from what rounding may do, the sign of a height is the answer.
+        let size = |v: &[f64x8<S>; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+        let farthest = size(&world[0]).max(size(&world[1])).max(size(&world[2]));
+        let unsure = size(&v) * size(&w) * SURE_OF_SIDE;
+        let is_sure = (unsure * (size(&to_light) + farthest)).simd_lt(above.abs())
+            & (unsure * (size(&a) + farthest)).simd_lt(height.abs());
+        let zero = splat64(simd, 0.0);
+        let is_above = zero.simd_lt(above).to_bitmask() as u32;
+        let is_behind = zero.simd_lt(height).to_bitmask() as u32;
+        let mut faces_light = is_above ^ is_behind;
+        for lane in bits(!is_sure.to_bitmask() as u32 & 0xff) {
+            let corners = self.scene.corners(ids[lane]);
+            let sides = [Source::of(self.light), Source::Point(self.eye)]
+                .map(|source| source.side_of(corners));
+            faces_light &= !(1 << lane);
+            faces_light |= u32::from(sides[0] * sides[1] > 0) << lane;
+        }
+        let [x, y, z] = each(normal, |v| v.to_array());
+        let height = height.to_array();
+        for (lane, &id) in ids.iter().enumerate() {
+            let place = id as usize % KNOWN;
+            known.triangles[place] = id;
+            known.planes[place] = [x[lane], y[lane], z[lane], height[lane]];
+            known.faces_light[place] = faces_light >> lane & 1 != 0;
+        }
+    }
+
+    /// Finds the planes that a block needs.
+    #[inline(always)]
+    fn learn<S: Simd>(&self, simd: S, rows: &[[u32; LANES]], known: &mut KnownPlanes) {
+        let mut unknown = [NONE; BLOCK * LANES];
+        let mut count = 0;
+        let mut last = NONE;
+        for ids in rows {
+            if is_one(simd, ids) && ids[0] == last {
+                continue;
+            }
+            for &id in ids {
+                let known = &mut known.triangles[id as usize % KNOWN];
+                if id != last && id != NONE && *known != id {
+                    *known = id;
+                    unknown[count] = id;
+                    count += 1;
+                }
+                last = id;
+            }
+        }
+        // The last one stands for those that are missing.
+        for first in (0..count).step_by(LANES) {
+            let mut ids = [unknown[count - 1]; LANES];
+            let end = count.min(first + LANES);
+            ids[..end - first].copy_from_slice(&unknown[first..end]);
+            self.learn_eight(simd, ids, known);
         }
     }
 
@@ -169,13 +229,17 @@ impl<'a> Receivers<'a> {
         let mut has_any = false;
         block.facing = [0; BLOCK];
         let first = self.image.tiling.index(x, y);
-        for i in rows.start..rows.end.min(self.image.tiling.height - y) {
+        let rows = rows.start..rows.end.min(self.image.tiling.height - y);
+        for i in rows.clone() {
             let place = first + i * TILE;
-            let ids: [u32; LANES] = self.image.triangles[place..place + LANES]
+            block.ids[i] = self.image.triangles[place..place + LANES]
                 .try_into()
                 .expect("eight");
-            block.ids[i] = ids;
-            let Some((normal, height, facing)) = self.planes_of_row(simd, &ids, known) else {
+        }
+        self.learn(simd, &block.ids[rows.clone()], known);
+        for i in rows {
+            let ids = &block.ids[i];
+            let Some((normal, height, facing)) = self.planes_of_row(simd, ids, known) else {
                 continue;
             };
             let at_row = self.first + self.row * (y + i) as f64;
@@ -200,29 +264,40 @@ impl<'a> Receivers<'a> {
         ids: &[u32; LANES],
         known: &mut KnownPlanes,
     ) -> Option<([f64x8<S>; 3], f64x8<S>, u32)> {
-        if ids[0] != NONE && *ids == [ids[0]; LANES] {
-            let plane = known.get(self, ids[0]);
-            let normal = each(plane.normal.to_array(), |v| splat64(simd, v));
-            return plane
-                .faces_light
-                .then(|| (normal, splat64(simd, plane.height), 0xff));
+        if is_one(simd, ids) {
+            let (plane, faces_light) = self.plane(simd, ids[0], known);
+            return faces_light.then(|| {
+                let [x, y, z, height] = plane;
+                let normal = each([x, y, z], |v| splat64(simd, v));
+                (normal, splat64(simd, height), 0xff)
+            });
         }
         let mut facing = 0;
-        let mut columns = [[1.0; LANES]; 4];
-        for (lane, &id) in ids.iter().enumerate() {
-            if id == NONE {
-                continue;
-            }
-            let plane = known.get(self, id);
-            facing |= u32::from(plane.faces_light) << lane;
-            let row = plane.normal.extend(plane.height).to_array();
-            for (column, value) in columns.iter_mut().zip(row) {
-                column[lane] = value;
-            }
+        let mut rows = [[1.0; 4]; LANES];
+        for (lane, (row, &id)) in rows.iter_mut().zip(ids).enumerate() {
+            let (plane, faces_light) = self.plane(simd, id, known);
+            *row = plane;
+            facing |= u32::from(faces_light) << lane;
         }
-        let [x, y, z, height] = columns;
-        let normal = each([x, y, z], |column| f64x8::simd_from(simd, column));
-        (facing != 0).then(|| (normal, f64x8::simd_from(simd, height), facing))
+        if facing == 0 {
+            return None;
+        }
+        let [x, y, z, height] = columns64(simd, &rows);
+        Some(([x, y, z], height, facing))
+    }
+
+    /// The plane of a triangle, and whether it shows the camera the side that the light reaches.
+    #[inline(always)]
+    fn plane<S: Simd>(&self, simd: S, id: u32, known: &mut KnownPlanes) -> ([f64; 4], bool) {
+        if id == NONE {
+            return ([1.0; 4], false);
+        }
+        let place = id as usize % KNOWN;
+        // Two triangles of a block may be at the same place.
+        if known.triangles[place] != id {
+            self.learn_eight(simd, [id; LANES], known);
+        }
+        (known.planes[place], known.faces_light[place])
     }
 
     #[inline(always)]
@@ -260,15 +335,11 @@ impl<'a> Receivers<'a> {
     }
 }
 
-impl KnownPlanes {
-    #[inline(always)]
-    fn get(&mut self, receivers: &Receivers, triangle: u32) -> SeenPlane {
-        let known = &mut self.0[triangle as usize % KNOWN];
-        if known.triangle != triangle {
-            *known = receivers.plane(triangle);
-        }
-        *known
-    }
+/// Whether eight pixels show the same.
+#[inline(always)]
+fn is_one<S: Simd>(simd: S, ids: &[u32; LANES]) -> bool {
+    let all = u32x8::simd_from(simd, *ids);
+    all.simd_eq(u32x8::simd_from(simd, ids[0])).all_true()
 }
 
 /// A view whose points are relative to an eye.

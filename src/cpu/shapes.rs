@@ -74,9 +74,13 @@ impl<S: Simd> Corners<S> {
     }
 }
 
+/// At least the length, and at most 1.09 times as much: the two are the same where one of the axes has nothing or
+/// both have the same, and between those the length is below the chord.
 #[inline(always)]
-fn length<S: Simd>(simd: S, x: f32x8<S>, y: f32x8<S>) -> f32x8<S> {
-    (x * x + y * y).sqrt().max(splat(simd, 1e-20))
+fn length<S: Simd>(x: f32x8<S>, y: f32x8<S>) -> f32x8<S> {
+    let (x, y) = (x.abs(), y.abs());
+    let longer = x.max(y).max(1e-20);
+    longer + x.min(y) * 0.414_214
 }
 
 #[inline(always)]
@@ -93,7 +97,7 @@ fn corner_of_eight<'a>(
 }
 
 impl Shapes {
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         a: [[0.0; LANES]; 3],
         b: [[0.0; LANES]; 3],
         c: [[0.0; LANES]; 3],
@@ -131,25 +135,24 @@ impl Shapes {
         let inverse_area = splat(simd, 1.0) / area;
         let sign = splat(simd, 1.0).copysign(area);
         let lengths = [
-            length(simd, x[2] - x[1], y[2] - y[1]),
-            length(simd, x[0] - x[2], y[0] - y[2]),
-            length(simd, x[1] - x[0], y[1] - y[0]),
+            length(x[2] - x[1], y[2] - y[1]),
+            length(x[0] - x[2], y[0] - y[2]),
+            length(x[1] - x[0], y[1] - y[0]),
         ];
         let longest = greatest(lengths);
         let mut edges = [[splat(simd, 0.0); 3]; 3];
         for (i, edge) in edges.iter_mut().enumerate() {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let unit = sign / lengths[i];
-            let (a, b) = ((y[j] - y[k]) * unit, (x[k] - x[j]) * unit);
+            let (a, b) = ((y[j] - y[k]) * sign, (x[k] - x[j]) * sign);
             // By the corner that is nearer to the origin: there is less to round.
             let (of_j, of_k) = (x[j].abs() + y[j].abs(), x[k].abs() + y[k].abs());
             let is_first = of_j.simd_lt(of_k);
             let (px, py) = (is_first.select(x[j], x[k]), is_first.select(y[j], y[k]));
             let c = -(a * px + b * py);
             // A corner that moves turns the edge, which matters the more the shorter the edge is.
-            let turn = (longest / lengths[i]) * 2.0 + 2.0;
+            let turned = (longest + lengths[i]) * (2.0 * rounding);
             let off = (of_j.min(of_k) + 2.0 * side) * (4.0 * EPSILON);
-            let scale = splat(simd, 1.0) / (turn * rounding + off);
+            let scale = splat(simd, 1.0) / off.mul_add(lengths[i], turned);
             *edge = [a * scale, b * scale, c * scale];
         }
         let (ud, vd) = (d[1] - d[0], d[2] - d[0]);
@@ -157,9 +160,10 @@ impl Shapes {
         let step_y = (vd * ux - ud * vx) * inverse_area;
         let first = d[0] - step_x * x[0] - step_y * y[0];
         let steps = step_x.abs() + step_y.abs();
-        let moved = steps * rounding * 2.0;
+        let moved = steps * (rounding * 2.0);
         // What rounding turns the plane by, over the triangle's extent.
-        let turned = (ud.abs() + vd.abs()) * (longest * longest * (8.0 * EPSILON) / area.abs());
+        let turned =
+            (ud.abs() + vd.abs()) * (longest * longest * (8.0 * EPSILON) * inverse_area.abs());
         let far_off = steps * ((x[0].abs() + y[0].abs() + 2.0 * side) * (2.0 * EPSILON));
         let (low, high) = (least(d), greatest(d));
         let size = low.abs().max(high.abs());
@@ -215,6 +219,32 @@ impl Shapes {
         self.low[lane] = f32::NEG_INFINITY;
         self.high[lane] = (d.z + side * steps) as f32;
         true
+    }
+
+    /// Which of the eight may hide something in a box of columns and rows that is no nearer than `farthest`.
+    #[inline(always)]
+    pub fn may_hide<S: Simd>(
+        &self,
+        simd: S,
+        [low_u, high_u, low_v, high_v]: [f32; 4],
+        farthest: f32,
+    ) -> u32 {
+        let greatest = |a: &[f32; LANES], b: &[f32; LANES], c: &[f32; LANES]| {
+            let (a, b) = (f32x8::simd_from(simd, *a), f32x8::simd_from(simd, *b));
+            let along_u = (a * low_u).max(a * high_u);
+            let along_v = (b * low_v).max(b * high_v);
+            along_u + along_v + f32x8::simd_from(simd, *c)
+        };
+        let inside = greatest(&self.a[0], &self.b[0], &self.c[0])
+            .min(greatest(&self.a[1], &self.b[1], &self.c[1]))
+            .min(greatest(&self.a[2], &self.b[2], &self.c[2]));
+        let nearest = greatest(&self.step_x, &self.step_y, &self.first)
+            .min(f32x8::simd_from(simd, self.high));
+        let rounding = f32x8::simd_from(simd, self.rounding) * 2.0;
+        // Half a unit of what is sure, and once more the rounding, are for the rounding here.
+        mask_bits(
+            splat(simd, -1.5).simd_le(inside) & splat(simd, farthest).simd_le(nearest + rounding),
+        )
     }
 
     /// Of the eight blocks of a tile that begin in a row, those that a triangle may touch and those that it covers,

@@ -46,6 +46,20 @@ impl Tiling {
     }
 }
 
+/// Cuts an image that lies row by row into its tiles: of each the pieces of its rows.
+pub fn cut<T>(image: &mut [T], tiling: Tiling) -> Vec<Vec<&mut [T]>> {
+    let mut tiles: Vec<_> = (0..tiling.tiles())
+        .map(|_| Vec::with_capacity(TILE))
+        .collect();
+    for (y, row) in image.chunks_mut(tiling.width).enumerate() {
+        let first = y / TILE * tiling.columns;
+        for (tile, piece) in tiles[first..].iter_mut().zip(row.chunks_mut(TILE)) {
+            tile.push(piece);
+        }
+    }
+    tiles
+}
+
 /// Gives the numbers below `count` to all threads, one at a time; each thread has its own state.
 pub fn share_jobs<T: Send>(states: &mut [T], count: usize, work: impl Fn(&mut T, usize) + Sync) {
     let next = AtomicUsize::new(0);

@@ -84,8 +84,8 @@ CPU_RECEIVERS = "src/cpu/receivers.rs"
 MUTANTS = (
     Mutant(
         "CPU engine", "corners are where they are, to the bit", CPU_SHAPES,
-        "let scale = splat(simd, 1.0) / (turn * rounding + off);",
-        "let scale = splat(simd, 1.0) / (turn * 0.0 + off);", CPU_ENGINE,
+        "let turned = (longest + lengths[i]) * (2.0 * rounding);",
+        "let turned = (longest + lengths[i]) * (0.0 * rounding);", CPU_ENGINE,
     ),
     Mutant(
         "CPU engine", "rounding turns no plane", CPU_SHAPES,
@@ -164,8 +164,8 @@ MUTANTS = (
     ),
     Mutant(
         "CPU engine", "the side that the camera does not see is lit", CPU_RECEIVERS,
-        "side(Source::Point(self.eye), -a) > 0;",
-        "side(Source::Point(self.eye), -a) != 0;", CPU_ENGINE,
+        "let mut faces_light = is_above ^ is_behind;",
+        "let mut faces_light = is_above;", CPU_ENGINE,
     ),
     Mutant(
         "CPU engine", "a cone lights what is outside of it", CPU_RECEIVERS,
