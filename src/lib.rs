@@ -43,6 +43,7 @@ mod scene;
 mod shadow_ray;
 mod sides;
 mod stats;
+mod threads;
 #[cfg(test)]
 mod twin;
 mod verbs;

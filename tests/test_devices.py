@@ -56,6 +56,40 @@ def test_the_cpu_engine_is_named_in_a_frame(view):
         assert str(lx.info().cpu[part]) in frame.adapter["driver"]
 
 
+@pytest.mark.parametrize("method", ON_CPU)
+def test_any_number_of_threads_gives_the_same_image(method, view):
+    frames = [lx.render(*view, method, device="cpu", threads=threads) for threads in (1, 2, 5)]
+    for threads, frame in zip(("1 thread", "2 threads", "5 threads"), frames, strict=True):
+        assert frame.adapter["driver"].endswith(f" {threads}")
+        assert frame.visibility.tobytes() == frames[0].visibility.tobytes()
+        assert frame.triangle_id.tobytes() == frames[0].triangle_id.tobytes()
+    images = lx.render_shadows(view[0], view[1], [view[2]] * 2, method, device="cpu", threads=3)
+    assert all(image.tobytes() == frames[0].visibility.tobytes() for image in images)
+
+
+def test_the_environment_and_the_command_line_say_how_many_threads(monkeypatch, tmp_path, view):
+    monkeypatch.setenv("LIXEL_THREADS", "3")
+    assert lx.render(*view, "exact", device="cpu").adapter["driver"].endswith(" 3 threads")
+    frame = lx.render(*view, "exact", device="cpu", threads=1)
+    assert frame.adapter["driver"].endswith(" 1 thread")
+    out = tmp_path / "demo.csv"
+    command = ["demo", "--size", "32x32", "--method", "exact", "-o", str(out)]
+    assert cli.main([*command, "--device", "cpu", "--threads", "2"]) == 0
+    assert " 2 threads" in out.read_text()
+    assert os.environ["LIXEL_THREADS"] == "3"
+    monkeypatch.setenv("LIXEL_THREADS", "many")
+    with pytest.raises(ValueError, match="LIXEL_THREADS must be from 1 to 1024, got many"):
+        lx.render_shadows(*view, "exact", device="cpu")
+
+
+@pytest.mark.parametrize(
+    ("threads", "error"), [(0, ValueError), (-1, ValueError), (2000, ValueError), (1.5, TypeError)]
+)
+def test_a_number_of_threads_that_there_cannot_be_is_refused(threads, error, view):
+    with pytest.raises(error, match="threads must be"):
+        lx.render_shadows(*view, "exact", device="cpu", threads=threads)
+
+
 @pytest.mark.parametrize("name", ["cpu", "CPU", "Cpu"])
 def test_the_cpu_by_argument_and_by_environment(name, view, monkeypatch):
     by_argument = lx.render(*view, "exact", device=name)

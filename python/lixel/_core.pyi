@@ -169,12 +169,12 @@ def render(
     outputs: Sequence[str],
     *,
     culling: bool = True,
-    device: str | None = None,
+    on: tuple[str | None, int | None] = (None, None),
 ) -> list[Rendered]:
     """Frames by one method, a name with parameters, one for each light, with what `outputs` names.
 
     The lights share the pass that finds what the camera sees; on a GPU they submit their work
-    together. `device` is as for `engine`.
+    together. They are rendered on a device, as for `engine`, and so many threads of the CPU engine.
     `outputs` are names of attributes of `Rendered` that may be None; the others are always there.
     Without `culling` nothing is left out, not even what cannot change a picture.
     """

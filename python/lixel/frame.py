@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, cast, get_args
+from typing import Any, Literal, SupportsIndex, TypeAlias, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arguments import instance
+from .arguments import count, instance
 from .auto import choose, choose_on_cpu
 from .camera import Camera
 from .light import LIGHTS, Light
@@ -183,6 +183,7 @@ def render_shadows(
     method: str | Method | None = None,
     *,
     device: str | None = None,
+    threads: SupportsIndex | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
 ) -> npt.NDArray[np.float32]:
@@ -206,8 +207,11 @@ def render_shadows(
         adapter, of hardware or else of software; or a part of the name of an adapter, in any case,
         such as ``"llvmpipe"``. None: what the environment variable ``LIXEL_DEVICE`` names; without
         it a hardware GPU where there is one, else the CPU engine if it has the method, else a
-        software driver. `info` lists what there is. The CPU engine has as many threads as the
-        variable ``RAYON_NUM_THREADS`` says, or as there are cores.
+        software driver. `info` lists what there is.
+    threads : int, optional
+        Threads of the CPU engine, from 1 to 1024; the image is the same with any number. None: as
+        many as the environment variable ``LIXEL_THREADS`` says, else ``RAYON_NUM_THREADS``, else
+        as there are cores. A GPU's driver has its own.
     max_error : float, optional
         Parameter of `Auto`: most wrong pixels, as a share of those that see a surface. None: 0.001.
     max_ms : float, optional
@@ -231,12 +235,13 @@ def render_shadows(
         needs. The message says the remedy.
     """
     chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
+    on = _on(device, threads)
     # A direction is a sequence too, and no light.
     if isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS)):
-        found = _parts_of_lights(scene, camera, light, chosen, device)
+        found = _parts_of_lights(scene, camera, light, chosen, on)
         images = np.array([parts.visibility for parts in found], np.float32)
         return images.reshape(-1, camera.height, camera.width)
-    [parts] = _parts_of_lights(scene, camera, [cast(Light, light)], chosen, device)
+    [parts] = _parts_of_lights(scene, camera, [cast(Light, light)], chosen, on)
     return parts.visibility
 
 
@@ -247,6 +252,7 @@ def render(
     method: str | Method | None = None,
     *,
     device: str | None = None,
+    threads: SupportsIndex | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
 ) -> Frame:
@@ -254,7 +260,7 @@ def render(
 
     Parameters
     ----------
-    scene, camera, light, method, device, max_error, max_ms
+    scene, camera, light, method, device, threads, max_error, max_ms
         As for `render_shadows`; one light.
 
     Returns
@@ -267,7 +273,8 @@ def render(
         As for `render_shadows`.
     """
     chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
-    [parts] = _parts_of_lights(scene, camera, [light], chosen, device, OUTPUTS)
+    on = _on(device, threads)
+    [parts] = _parts_of_lights(scene, camera, [light], chosen, on, OUTPUTS)
     outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
     values = {name: value for name, value in vars(parts).items() if name != "outputs"}
     return Frame(scene=scene, camera=camera, light=light, **values, **outputs)
@@ -281,6 +288,7 @@ def frame_parts(
     outputs: Sequence[Output] = (),
     *,
     device: str | None = None,
+    threads: SupportsIndex | None = None,
     culling: bool = True,
 ) -> FrameParts:
     """The visibility image and the named outputs of one frame; no more is drawn than they need.
@@ -288,7 +296,8 @@ def frame_parts(
     Without `culling` nothing is left out, not even what cannot change a picture.
     """
     chosen = _chosen(method, device)
-    [parts] = _parts_of_lights(scene, camera, [light], chosen, device, outputs, culling=culling)
+    on = _on(device, threads)
+    [parts] = _parts_of_lights(scene, camera, [light], chosen, on, outputs, culling=culling)
     return parts
 
 
@@ -297,7 +306,7 @@ def _parts_of_lights(
     camera: Camera,
     lights: Sequence[Light],
     method: Method,
-    device: str | None,
+    on: tuple[str | None, int | None],
     outputs: Sequence[Output] = (),
     *,
     culling: bool = True,
@@ -315,7 +324,7 @@ def _parts_of_lights(
             (method.name, method.parameters()),
             outputs,
             culling=culling,
-            device=device,
+            on=on,
         )
         return [
             FrameParts(method, found.visibility, found.timings, found.stats, found.adapter, found)
@@ -325,7 +334,7 @@ def _parts_of_lights(
     if not isinstance(method, Auto):
         return rendered(lights, method, outputs)
 
-    chooses = choose if _is_on_gpu(device) else choose_on_cpu
+    chooses = choose if _is_on_gpu(on[0]) else choose_on_cpu
 
     def chosen_for(light: Light) -> FrameParts:
         parts = chooses(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
@@ -335,6 +344,11 @@ def _parts_of_lights(
         return replace(parts, outputs=whole.outputs)
 
     return [chosen_for(light) for light in lights]
+
+
+def _on(device: str | None, threads: SupportsIndex | None) -> tuple[str | None, int | None]:
+    """Who renders, and on how many threads."""
+    return device, None if threads is None else count("threads", threads)
 
 
 def _is_on_gpu(device: str | None) -> bool:

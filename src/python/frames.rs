@@ -4,11 +4,14 @@ use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
+use crate::engine::Engine;
 use crate::light::Light;
 use crate::render::{
     MAX_TOGETHER, Output, Outputs, Rendered as RenderedFrame, render as render_frames,
 };
+use crate::scene::Scene;
 use crate::stats::Stats;
+use crate::threads::on_threads;
 use numpy::{PyArray2, PyArray3, PyArray4};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
@@ -33,7 +36,7 @@ pub struct Rendered {
 
 /// The frames of one method, a name with parameters, one for each light.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, lights, method, outputs, *, culling=true, device=None))]
+#[pyo3(signature = (scene, camera, lights, method, outputs, *, culling=true, on=(None, None)))]
 pub fn render<'py>(
     scene: &PyScene,
     camera: &PyCamera,
@@ -41,11 +44,13 @@ pub fn render<'py>(
     method: (String, Bound<'py, PyDict>),
     outputs: Vec<String>,
     culling: bool,
-    device: Option<&Bound<'py, PyAny>>,
+    on: (Option<Bound<'py, PyAny>>, Option<usize>),
 ) -> PyResult<Vec<Rendered>> {
     let (name, parameters) = &method;
     let py = parameters.py();
-    let engine = engine_of(py, device, name)?;
+    let (device, threads) = on;
+    let engine = engine_of(py, device.as_ref(), name)?;
+    let is_on_cpu = matches!(engine, Engine::Cpu);
     let method = method_from_python(name, parameters)?;
     let outputs = Outputs::from_names(&outputs, culling)?;
     let (camera, shape) = (&camera.0, camera.shape());
@@ -55,7 +60,13 @@ pub fn render<'py>(
         py.check_signals()?;
         let frames = py.detach(|| {
             let (scene, cache) = (scene.read(), &scene.cache);
-            render_frames(&engine, &scene, cache, camera, group, &method, outputs)
+            let scene: &Scene = &scene;
+            let work = || render_frames(&engine, scene, cache, camera, group, &method, outputs);
+            // A GPU's driver has its own threads.
+            match is_on_cpu {
+                true => on_threads(threads, work),
+                false => work(),
+            }
         })?;
         for frame in frames {
             rendered.push(to_python(py, shape, frame, outputs)?);

@@ -38,6 +38,9 @@ DEFAULT_SCENE = "colonnade"
 DEVICE_VARIABLE = "LIXEL_DEVICE"
 """The core reads it where no device is given."""
 
+THREADS_VARIABLE = "LIXEL_THREADS"
+"""The core reads it where no number of threads is given."""
+
 MORE = "may be given more than once"
 
 
@@ -63,26 +66,32 @@ def add_device(parser: argparse.ArgumentParser, default: str | None = None) -> N
         help="cpu: the CPU engine; gpu: the best adapter; or a part of an adapter's name; default: "
         f"what {DEVICE_VARIABLE} names, or {words}",
     )  # fmt: skip
+    parser.add_argument(
+        "--threads", metavar="N", help=f"threads of the CPU engine; default: what {THREADS_VARIABLE} or "
+        "RAYON_NUM_THREADS says, or as many as there are cores",
+    )  # fmt: skip
     parser.set_defaults(default_device=default)
 
 
 @contextmanager
 def device_of(options: argparse.Namespace) -> Iterator[None]:
-    """Within it `--device` is the device of all that is rendered, in other processes, too."""
-    before = os.environ.get(DEVICE_VARIABLE)
-    named = getattr(options, "device", None)
-    device = named or before or getattr(options, "default_device", None)
-    if device is None:
-        yield
-        return
-    os.environ[DEVICE_VARIABLE] = device
+    """Within it `--device` and `--threads` hold for all that is rendered, in other processes, too."""
+    default = os.environ.get(DEVICE_VARIABLE) or getattr(options, "default_device", None)
+    asked = {
+        DEVICE_VARIABLE: getattr(options, "device", None) or default,
+        THREADS_VARIABLE: getattr(options, "threads", None),
+    }
+    set_now = {name: text for name, text in asked.items() if text is not None}
+    before = {name: os.environ.get(name) for name in set_now}
+    os.environ.update(set_now)
     try:
         yield
     finally:
-        if before is None:
-            del os.environ[DEVICE_VARIABLE]
-        else:
-            os.environ[DEVICE_VARIABLE] = before
+        for name, text in before.items():
+            if text is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = text
 
 
 def add_size(
