@@ -1,7 +1,7 @@
 //! What the engine leaves out without a test of each pixel, and what it is sure of, against points in float64.
 
 use super::bins::{Bins, Cover, bins};
-use super::lanes::{LANES, Simd, dispatch, level, splat};
+use super::lanes::{LANES, Simd, dispatch, f32x16, level};
 use super::light_grid::{CELL, GRID, LightGrid};
 use super::rasterize::{NONE, rasterize};
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
@@ -281,8 +281,9 @@ fn answer<S: Simd>(
         }
     }
     let [u, v] = tested.place.as_vec2().to_array();
-    let [u, v] = [u - origin[0], v - origin[1]].map(|step| splat(simd, step));
-    let (hit, maybe) = shapes.test(simd, 0, u, v, splat(simd, tested.nearness as f32));
+    let [u, v] = [u - origin[0], v - origin[1]].map(|step| f32x16::splat(simd, step));
+    let nearness = f32x16::splat(simd, tested.nearness as f32);
+    let (hit, maybe) = shapes.test(simd, 0, u, v, nearness);
     Some((hit & 1 == 1, maybe & 1 == 1))
 }
 

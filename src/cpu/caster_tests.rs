@@ -5,7 +5,7 @@
 
 use super::bins::triangles_of;
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, each, f32x8, least, mask_bits, mask32x8, splat, u32x8,
+    EPSILON, LANES, Simd, bits, each, f32x8, f32x16, mask_bits, mask32x8, splat, u32x16,
 };
 use super::light_grid::{
     CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
@@ -79,8 +79,10 @@ struct InCell<S: Simd> {
     limit: f32,
     /// The middle of the cell: relative to it the shapes are set up.
     origin: [f32; 2],
-    u: [f32x8<S>; BLOCK],
-    v: [f32x8<S>; BLOCK],
+    /// Of two rows each.
+    u: [f32x16<S>; BLOCK / 2],
+    v: [f32x16<S>; BLOCK / 2],
+    nearness: [f32x16<S>; BLOCK / 2],
 }
 
 impl Tests<'_> {
@@ -276,25 +278,30 @@ impl Tests<'_> {
         in_cell: &mut InCell<S>,
     ) -> bool {
         let mut has_changed = false;
-        for row in bits(rows) {
-            let left = in_cell.left[row];
+        // Two rows at once; what is asked of one is true of the other.
+        for row in bits((rows | rows >> 1) & 0x55) {
+            let pair = row / 2;
+            let left = in_cell.left[row] | in_cell.left[row + 1] << LANES;
             if left == 0 {
                 continue;
             }
-            let z = seen.places.nearness[row];
-            let (hit, maybe) = shapes.test(simd, lane, in_cell.u[row], in_cell.v[row], z);
-            let ids = &seen.block.ids[row];
+            let z = in_cell.nearness[pair];
+            let (hit, maybe) = shapes.test(simd, lane, in_cell.u[pair], in_cell.v[pair], z);
+            let candidates = (hit | maybe) & left;
+            if candidates == 0 {
+                continue;
+            }
+            let ids = &seen.block.ids.as_flattened()[row * LANES..][..2 * LANES];
             let others = left & !own_lanes(simd, ids, id);
             let mut shadowed = hit & others;
             for i in bits(maybe & others & !hit) {
-                let at = (seen.pixel.0 + i, seen.pixel.1 + row);
+                let at = (seen.pixel.0 + i % LANES, seen.pixel.1 + row + i / LANES);
                 if self.receivers.ray(at, ids[i]).is_shadowed_by(id) {
                     shadowed |= 1 << i;
                 }
             }
             if shadowed != 0 {
-                in_cell.left[row] = left & !shadowed;
-                in_cell.farthest[row] = farthest(simd, z, in_cell.left[row]);
+                in_cell.leave(simd, row, shadowed, seen.places);
                 has_changed = true;
             }
         }
@@ -396,11 +403,11 @@ fn within_grid<S: Simd>(simd: S, places: &BlockPlaces<S>, masks: &[u32; BLOCK]) 
     within
 }
 
-/// Which of eight pixels show a triangle.
+/// Which of sixteen pixels show a triangle.
 #[inline(always)]
-fn own_lanes<S: Simd>(simd: S, ids: &[u32; LANES], id: u32) -> u32 {
-    let ids = u32x8::simd_from(simd, *ids);
-    mask_bits(ids.simd_eq(u32x8::simd_from(simd, id)))
+fn own_lanes<S: Simd>(simd: S, ids: &[u32], id: u32) -> u32 {
+    let ids = u32x16::from_slice(simd, ids);
+    ids.simd_eq(u32x16::simd_from(simd, id)).to_bitmask() as u32
 }
 
 #[inline(always)]
@@ -428,8 +435,9 @@ impl<S: Simd> InCell<S> {
             sides: [0.0; 4],
             limit: 0.0,
             origin,
-            u: places.u,
-            v: places.v,
+            u: [f32x16::splat(simd, 0.0); BLOCK / 2],
+            v: [f32x16::splat(simd, 0.0); BLOCK / 2],
+            nearness: [f32x16::splat(simd, 0.0); BLOCK / 2],
         };
         for (i, &left) in left.iter().enumerate() {
             if left == 0 {
@@ -441,12 +449,25 @@ impl<S: Simd> InCell<S> {
             (in_cell.low_u[i], in_cell.high_u[i]) = (u.reduce_min(), u.reduce_max());
             (in_cell.low_v[i], in_cell.high_v[i]) = (v.reduce_min(), v.reduce_max());
             in_cell.farthest[i] = farthest(simd, places.nearness[i], left);
-            in_cell.u[i] = places.u[i] - origin[0];
-            in_cell.v[i] = places.v[i] - origin[1];
+        }
+        for pair in 0..BLOCK / 2 {
+            let (i, j) = (2 * pair, 2 * pair + 1);
+            in_cell.u[pair] = places.u[i].combine(places.u[j]) - origin[0];
+            in_cell.v[pair] = places.v[i].combine(places.v[j]) - origin[1];
+            in_cell.nearness[pair] = places.nearness[i].combine(places.nearness[j]);
         }
         in_cell.set_sides(simd);
         in_cell.set_limit();
         in_cell
+    }
+
+    /// Takes receivers of two rows out.
+    #[inline(always)]
+    fn leave(&mut self, simd: S, row: usize, shadowed: u32, places: &BlockPlaces<S>) {
+        for (row, shadowed) in [(row, shadowed & 0xff), (row + 1, shadowed >> LANES)] {
+            self.left[row] &= !shadowed;
+            self.farthest[row] = farthest(simd, places.nearness[row], self.left[row]);
+        }
     }
 
     #[inline(always)]
@@ -500,22 +521,25 @@ impl<S: Simd> InCell<S> {
 }
 
 #[inline(always)]
-fn linear<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>, a: f32, b: f32, c: f32) -> f32x8<S> {
-    u.mul_add(splat(simd, a), v.mul_add(splat(simd, b), splat(simd, c)))
+fn linear<S: Simd>(simd: S, u: f32x16<S>, v: f32x16<S>, a: f32, b: f32, c: f32) -> f32x16<S> {
+    u.mul_add(
+        f32x16::splat(simd, a),
+        v.mul_add(f32x16::splat(simd, b), f32x16::splat(simd, c)),
+    )
 }
 
 impl Shapes {
-    /// Which of eight receivers are certainly behind a triangle, and which may be.
+    /// Which of sixteen receivers are certainly behind a triangle, and which may be.
     #[inline(always)]
     pub fn test<S: Simd>(
         &self,
         simd: S,
         lane: usize,
-        u: f32x8<S>,
-        v: f32x8<S>,
-        nearness: f32x8<S>,
+        u: f32x16<S>,
+        v: f32x16<S>,
+        nearness: f32x16<S>,
     ) -> (u32, u32) {
-        let e = least(each([0, 1, 2], |i| {
+        let [p, q, r] = each([0, 1, 2], |i| {
             linear(
                 simd,
                 u,
@@ -524,7 +548,8 @@ impl Shapes {
                 self.b[i][lane],
                 self.c[i][lane],
             )
-        }));
+        });
+        let e = p.min(q).min(r);
         let plane = linear(
             simd,
             u,
@@ -533,11 +558,12 @@ impl Shapes {
             self.step_y[lane],
             self.first[lane],
         );
-        let (low, high) = (splat(simd, self.low[lane]), splat(simd, self.high[lane]));
+        let low = f32x16::splat(simd, self.low[lane]);
+        let high = f32x16::splat(simd, self.high[lane]);
         let before = plane.max(low).min(high) - nearness;
         let rounding = nearness.abs() * (2.0 * EPSILON) + self.rounding[lane];
-        let hit = splat(simd, 1.0).simd_lt(e) & rounding.simd_lt(before);
-        let maybe = splat(simd, -1.0).simd_le(e) & (-rounding).simd_le(before);
-        (mask_bits(hit), mask_bits(maybe))
+        let hit = f32x16::splat(simd, 1.0).simd_lt(e) & rounding.simd_lt(before);
+        let maybe = f32x16::splat(simd, -1.0).simd_le(e) & (-rounding).simd_le(before);
+        (hit.to_bitmask() as u32, maybe.to_bitmask() as u32)
     }
 }

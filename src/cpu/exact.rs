@@ -2,6 +2,7 @@
 //! its cell.
 
 use super::caster_tests::{Known, SeenGrid, Tests, masks_of_views};
+use super::frame::{CASTER_TESTS_LABEL, LIGHT_GRID_LABEL, RECEIVERS_LABEL};
 use super::lanes::{Simd, dispatch, level};
 use super::light_grid::{GRID, LightGrid};
 use super::rasterize::Image;
@@ -14,6 +15,7 @@ use crate::scene::Scene;
 use crate::sides::Source;
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// The row of each block whose receivers the grid is fitted to.
 const SAMPLED_ROW: usize = 3;
@@ -21,8 +23,14 @@ const SAMPLED_ROW: usize = 3;
 /// How far from the border of the grid the samples lie, in units.
 const ROOM: f64 = 64.0;
 
-/// 1 lit, 0 in shadow, NaN where nothing is seen, row by row.
-pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Vec<f32> {
+/// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and milliseconds of each pass.
+pub fn exact(
+    scene: &Scene,
+    image: &Image,
+    camera: &Camera,
+    light: &Light,
+) -> (Vec<f32>, [(&'static str, f64); 3]) {
+    let start = Instant::now();
     let receivers = Receivers::new(scene, image, camera, light);
     let views = views(light, scene);
     let width = image.tiling.width;
@@ -34,8 +42,14 @@ pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Ve
         .into_iter()
         .enumerate()
         .collect();
+    let mut timings = [
+        (RECEIVERS_LABEL, milliseconds(start)),
+        (LIGHT_GRID_LABEL, 0.0),
+        (CASTER_TESTS_LABEL, 0.0),
+    ];
     // Again with more grids where some receivers are beside what the samples showed.
     while !open.is_empty() {
+        let start = Instant::now();
         for (grids, (view, extent)) in grids.iter_mut().zip(views.iter().zip(&extents)) {
             if !extent.is_empty() {
                 let view = fitted(view, extent);
@@ -43,6 +57,8 @@ pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Ve
                 grids.push((LightGrid::new(view, scene), seen));
             }
         }
+        timings[1].1 += milliseconds(start);
+        let start = Instant::now();
         let tests = Tests {
             receivers: &receivers,
             views: &views,
@@ -63,8 +79,13 @@ pub fn exact(scene: &Scene, image: &Image, camera: &Camera, light: &Light) -> Ve
             }
         }
         open = beside.into_iter().map(|(i, rows, _)| (i, rows)).collect();
+        timings[2].1 += milliseconds(start);
     }
-    visibility
+    (visibility, timings)
+}
+
+fn milliseconds(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
 }
 
 /// What the light sees: all of it for parallel rays, the faces of a cube around a position.

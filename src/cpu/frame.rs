@@ -19,6 +19,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 pub const VISIBILITY_LABEL: &str = "visibility";
+pub const LIGHT_GRID_LABEL: &str = "light grid";
 pub const CASTER_TESTS_LABEL: &str = "caster tests";
 pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
 pub const SHADOW_RAYS_LABEL: &str = "shadow rays";
@@ -36,6 +37,7 @@ pub const WARP_LABEL: &str = "warp map";
 /// The keys of a frame's timers: those of the GPU engine where a pass does the same.
 pub const LABELS: &[&str] = &[
     VISIBILITY_LABEL,
+    LIGHT_GRID_LABEL,
     CASTER_TESTS_LABEL,
     HIERARCHY_LABEL,
     SHADOW_RAYS_LABEL,

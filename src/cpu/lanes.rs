@@ -6,7 +6,9 @@
 use fearless_simd::{Level, prelude::*};
 use std::sync::OnceLock;
 
-pub use fearless_simd::{Simd, dispatch, f32x4, f32x8, f64x4, f64x8, mask32x8, u32x8};
+pub use fearless_simd::{
+    Simd, dispatch, f32x4, f32x8, f32x16, f64x4, f64x8, mask32x8, u32x8, u32x16,
+};
 
 /// Numbers in a vector.
 pub const LANES: usize = 8;

@@ -262,12 +262,19 @@ impl Listing<'_> {
         let nearest = greatest(nearness);
         let nearest = (nearest + nearest.abs() * 1e-6).to_array();
         let origin = [corner.0 as f32, corner.1 as f32];
-        let shapes = Shapes::new(
-            simd,
-            &corners.relative_to(origin),
-            self.view.rounding(),
-            TILE as f32,
-        );
+        // A triangle in one cell or two touches them.
+        let has_many = mask_bits(splat(simd, 1.0).simd_lt((u1 - u0) + (v1 - v0)));
+        let shapes = match has_many & ((1 << count) - 1) {
+            0 => Shapes::NONE,
+            _ => Shapes::new(
+                simd,
+                &corners.relative_to(origin),
+                self.view.rounding(),
+                TILE as f32,
+            ),
+        };
+        let (u0, u1) = (u0.to_array(), u1.to_array());
+        let (v0, v1) = (v0.to_array(), v1.to_array());
         for lane in 0..count {
             let bounds = Bounds {
                 sides: [
@@ -394,11 +401,10 @@ impl TileCells {
 
 /// The cell of a tile, along one axis, that is nearest to eight places.
 #[inline(always)]
-fn cell_of<S: Simd>(simd: S, place: f32x8<S>, from: usize) -> [f32; LANES] {
+fn cell_of<S: Simd>(simd: S, place: f32x8<S>, from: usize) -> f32x8<S> {
     let cell = ((place - from as f32) * (1.0 / CELL as f32)).floor();
     cell.max(splat(simd, 0.0))
         .min(splat(simd, TILE_CELLS as f32 - 1.0))
-        .to_array()
 }
 
 /// The numbers of the cells that places fall in.

@@ -73,7 +73,7 @@ fn triangle_ids(image: &Image) -> Vec<i32> {
 /// Compares what the engine finds with the truth, but for ties, and gives how many pixels are in light and shadow.
 fn assert_right(scene: &Scene, camera: &Camera, light: &Light, case: &str) -> [usize; 2] {
     let image = rasterize(&View::of_camera(camera), scene);
-    let visibility = exact(scene, &image, camera, light);
+    let (visibility, _) = exact(scene, &image, camera, light);
     let truth: Reference = reference(scene, &Everything(scene), camera, light);
     let ids = triangle_ids(&image);
     let mut counts = [0; 2];
@@ -238,7 +238,7 @@ fn a_lamp_in_the_plane_of_a_ceiling_lights_all_below_it() {
         let camera = camera_at(eye, down, (64, 48), (1e-3, f64::INFINITY));
         let image = rasterize(&View::of_camera(&camera), &scene);
         let place = turn * DVec3::new(2.0 * signed(&mut random), 3.0, 2.0 * signed(&mut random));
-        let visibility = exact(&scene, &image, &camera, &Light::point(place).unwrap());
+        let (visibility, _) = exact(&scene, &image, &camera, &Light::point(place).unwrap());
         let ids = triangle_ids(&image);
         let below = ids
             .iter()
@@ -294,7 +294,7 @@ fn the_number_of_threads_changes_no_pixel() {
     let light = Light::point(DVec3::new(0.5, 2.0, 1.0)).unwrap();
     let frame = || {
         let image = rasterize(&View::of_camera(&camera), &scene);
-        let visibility = exact(&scene, &image, &camera, &light);
+        let (visibility, _) = exact(&scene, &image, &camera, &light);
         let bits = visibility.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         (triangle_ids(&image), bits)
     };

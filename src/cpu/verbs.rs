@@ -6,9 +6,9 @@ use super::depth_image::DepthImage;
 use super::exact::exact;
 use super::forward_importance::forward_importance;
 use super::frame::{
-    BLEND_LABEL, BOUNDARY_LABEL, CASTER_TESTS_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
-    IMPORTANCE_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded, SAMPLES_LABEL,
-    SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL,
+    BLEND_LABEL, BOUNDARY_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL, IMPORTANCE_LABEL,
+    OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL,
+    SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL,
 };
 use super::importance_map::{Words, importance_map};
 use super::queries;
@@ -141,9 +141,8 @@ impl<'a> Verbs<'a> for Frame<'a> {
         &mut self,
         _: impl FnOnce(&mut Self) -> Result<Vec<PlannedLayer>>,
     ) -> Result<Recorded> {
-        let visibility = self.timed(CASTER_TESTS_LABEL, |frame| {
-            exact(frame.scene, frame.image(), frame.camera, frame.light)
-        });
+        let (visibility, timings) = exact(self.scene, self.image(), self.camera, self.light);
+        self.timings.extend(timings);
         Ok(Recorded::without_layers(visibility))
     }
 

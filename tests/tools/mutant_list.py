@@ -149,8 +149,8 @@ MUTANTS = (
     ),
     Mutant(
         "CPU engine", "what is about inside of an edge is hit for sure", CPU_TESTS,
-        "let hit = splat(simd, 1.0).simd_lt(e)",
-        "let hit = splat(simd, -0.5).simd_lt(e)", CPU_ENGINE,
+        "let hit = f32x16::splat(simd, 1.0).simd_lt(e)",
+        "let hit = f32x16::splat(simd, -0.5).simd_lt(e)", CPU_ENGINE,
     ),
     Mutant(
         "CPU engine", "receivers beside the first grid are dark", CPU_TESTS,

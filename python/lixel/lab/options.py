@@ -67,15 +67,16 @@ def add_device(parser: argparse.ArgumentParser, default: str | None = None) -> N
         f"what {DEVICE_VARIABLE} names, or {words}",
     )  # fmt: skip
     parser.add_argument(
-        "--threads", metavar="N", help=f"threads of the CPU engine; default: what {THREADS_VARIABLE} or "
-        "RAYON_NUM_THREADS says, or as many as there are cores",
+        "--threads", metavar="N",
+        help=f"threads of the CPU engine; default: what {THREADS_VARIABLE} or RAYON_NUM_THREADS "
+        "says, or as many as there are cores",
     )  # fmt: skip
     parser.set_defaults(default_device=default)
 
 
 @contextmanager
 def device_of(options: argparse.Namespace) -> Iterator[None]:
-    """Within it `--device` and `--threads` hold for all that is rendered, in other processes, too."""
+    """Within it `--device` and `--threads` hold for all frames, in other processes, too."""
     default = os.environ.get(DEVICE_VARIABLE) or getattr(options, "default_device", None)
     asked = {
         DEVICE_VARIABLE: getattr(options, "device", None) or default,

@@ -29,7 +29,8 @@ BUILD = ("hierarchy (CPU)", "acceleration structure", "edges (CPU)")
 """What is made once for the vertices of a scene."""
 
 WITHOUT_MAP = (
-    RECEIVER_LISTS, CASTER_TESTS, SHADOW_RAYS, "ray queries", "shadow volumes", FLOAT64,
+    RECEIVER_LISTS, "light grid", CASTER_TESTS, SHADOW_RAYS, "ray queries", "shadow volumes",
+    FLOAT64,
 )  # fmt: skip
 """Shadows without a map."""
 

@@ -432,7 +432,7 @@ fn boundaries_are_near_lit_and_shadowed_receivers() {
     let image = rasterize(&View::of_camera(&camera), &scene);
     let light = &some_lights()[2];
     let receivers = Receivers::new(&scene, &image, &camera, light);
-    let visibility = exact(&scene, &image, &camera, light);
+    let (visibility, _) = exact(&scene, &image, &camera, light);
     let found = boundary(&receivers, &visibility, 20.0);
     assert_eq!((found.columns, found.rows), (41, 23));
     let is_facing = |pixel: usize| {
