@@ -1160,6 +1160,14 @@ mod tests {
             let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 21), &light);
             assert!(truth.triangle_tie[220] && truth.tie[220], "{y}");
         }
+        // The light comes from behind a small wall, which is as dark as the wrong side of the first one.
+        let edge_on = strip([-1.3, 0.7], [-5.0, -3.0], |_| 0.0);
+        let scene = self::scene(&[edge_on, square(0.3, 0.0, -6.0, 0.5)].concat());
+        for y in [-1.0, 1.0] {
+            let light = sun(DVec3::new(0.0, y, 0.5));
+            let truth = reference(&scene, &Bvh::new(&scene), &camera(DVec3::ZERO, 21), &light);
+            assert!(truth.tie[220], "{y}");
+        }
     }
 
     #[test]
