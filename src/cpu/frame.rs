@@ -171,8 +171,15 @@ impl<'a> Frame<'a> {
     }
 
     fn add_time(&mut self, label: &'static str, start: Instant) {
-        self.timings
-            .push((label, start.elapsed().as_secs_f64() * 1e3));
+        self.add_milliseconds(label, start.elapsed().as_secs_f64() * 1e3);
+    }
+
+    /// Those of a pass that is carried out again add up.
+    pub(super) fn add_milliseconds(&mut self, label: &'static str, milliseconds: f64) {
+        match self.timings.iter_mut().find(|(known, _)| *known == label) {
+            Some((_, time)) => *time += milliseconds,
+            None => self.timings.push((label, milliseconds)),
+        }
     }
 
     pub(super) fn add_kept(&mut self, label: &'static str, start: Instant, is_new: bool) {

@@ -96,7 +96,7 @@ impl<'a> FitQueries<'a> for Frame<'a> {
     }
 
     fn add_time(&mut self, label: &'static str, milliseconds: f64) {
-        self.timings.push((label, milliseconds));
+        self.add_milliseconds(label, milliseconds);
     }
 }
 
