@@ -121,6 +121,19 @@ pub fn shadow_by(
     count.reduce(|| [0, 0], |a, b| [a[0] + b[0], a[1] + b[1]])
 }
 
+/// Whether the side of the surface that each pixel sees faces the light, within its cone; not where nothing is seen.
+/// `triangles` are negative there.
+pub fn facing(scene: &Scene, camera: &Camera, light: &Light, triangles: &[i32]) -> Vec<bool> {
+    let pixels = triangles.par_iter().enumerate();
+    let faces = |(pixel, &triangle)| {
+        let triangle = u32::try_from(triangle);
+        triangle.is_ok_and(|triangle| {
+            ReceiverRay::new(scene, camera, light, pixel as u32, triangle).is_facing(light)
+        })
+    };
+    pixels.map(faces).collect()
+}
+
 /// Whether the origin is inside of a triangle that is seen along axes.
 fn is_inside(corners: [DVec3; 3], x: DVec3, y: DVec3) -> bool {
     let [a, b, c] = corners.map(|v| DVec2::new(x.dot(v), y.dot(v)));

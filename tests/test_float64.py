@@ -108,6 +108,22 @@ def test_a_sun_along_walls_is_on_one_side_of_them(room, method, turn):
     assert not truth.tie.any()
 
 
+def test_walls_that_a_light_runs_along_do_not_face_it():
+    """Slanted walls of a tower: float32 rounds their normals to either side of the rays."""
+    angle = np.radians(np.arange(0.0, 360.0, 30.0) + 7.0)
+    ring = np.column_stack([np.cos(angle), np.zeros(12), np.sin(angle)])
+    along = np.array([0.3, 1.0, -0.2])
+    here, there = np.arange(12), np.roll(np.arange(12), -1)
+    sides = [[here, there, there + 12], [here, there + 12, here + 12]]
+    faces = np.concatenate([np.column_stack(side) for side in sides])
+    tower = lx.Scene(np.concatenate([ring, ring + 3.0 * along]), faces)
+    camera = lx.Camera.look_at((5, 2, 1), (0.4, 1.5, -0.3), yfov=0.9, width=96, height=54)
+    sun = lx.DirectionalLight(-along)
+    for seen in (lx.reference(tower, camera, sun), lx.render(tower, camera, sun, "exact")):
+        assert seen.covered.sum() > 500
+        assert not seen.facing.any()
+
+
 @pytest.mark.parametrize("method", EXACT)
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_is_a_tie_that_float64_can_tell(method, seed):

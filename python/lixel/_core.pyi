@@ -19,6 +19,7 @@ __all__ = [
     "clear_cache",
     "device",
     "engine",
+    "facing",
     "labels",
     "methods",
     "parameters",
@@ -185,6 +186,12 @@ def surface(
     """Position (H, W, 3) float64, normal towards the camera (H, W, 3) float32 and depth along the
     viewing direction (H, W) float64 where each pixel's centre ray meets its triangle's plane;
     NaN where no surface."""
+
+def facing(
+    scene: Scene, camera: Camera, light: Light, triangle_id: npt.NDArray[np.int32]
+) -> npt.NDArray[np.bool_]:
+    """(H, W): where the side of the surface that is seen faces the light, within its cone, decided
+    in float64."""
 
 def reference(scene: Scene, camera: Camera, light: Light) -> dict[str, Any]:
     """The truth, float64 on the CPU: `visibility` (H, W) float32 (1 lit, 0 in shadow, NaN no

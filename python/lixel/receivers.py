@@ -45,15 +45,18 @@ class Receivers:
         """Whether the scene's vertices are still those that were rendered."""
         return self.scene._generation == self._generation
 
+    def _check_is_current(self) -> None:
+        if not self.is_current:
+            raise RuntimeError(
+                "the scene's vertices were updated after this was rendered; read position, normal, "
+                "depth and facing before that, or render again"
+            )
+
     @cached_property
     def _surface(
         self,
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float32], npt.NDArray[np.float64]]:
-        if not self.is_current:
-            raise RuntimeError(
-                "the scene's vertices were updated after this was rendered; read position, normal "
-                "and depth before that, or render again"
-            )
+        self._check_is_current()
         return _core.surface(self.scene._core, self.camera._core_for(self.scene), self.triangle_id)
 
     @property
@@ -82,7 +85,12 @@ class Receivers:
     @cached_property
     def facing(self) -> npt.NDArray[np.bool_]:
         """(H, W) bool: where the side of the surface that is seen faces the light and is within
-        its cone, if it has one. All other pixels are in shadow without asking."""
-        cosine = np.einsum("hwc,hwc->hw", self.normal, self.light.vectors_from(self.position))
-        # False for NaN
-        return np.asarray((cosine > 0.0) & self.light.reaches(self.position))
+        its cone, if it has one, decided in float64. All other pixels are in shadow without
+        asking; so is a surface in whose plane the light lies."""
+        self._check_is_current()
+        return _core.facing(
+            self.scene._core,
+            self.camera._core_for(self.scene),
+            self.light._core,
+            self.triangle_id,
+        )

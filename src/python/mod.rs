@@ -11,8 +11,10 @@ use crate::engine::{DEVICE_RULE, Engine};
 use crate::error::Error;
 use crate::gpu;
 use crate::methods::{Method, scene_optimized};
+use crate::occlusion;
 use crate::reference::{self, Reference};
-use numpy::ndarray::{Array, Dimension, StrideShape};
+use crate::scene::Scene;
+use numpy::ndarray::{Array, Dimension, Ix2, StrideShape};
 use numpy::{PyArray, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -70,8 +72,42 @@ fn surface<'py>(
 ) -> PyResult<Bound<'py, PyTuple>> {
     check_process()?;
     let shape = camera.shape();
-    let triangle_id = triangle_id.as_array();
     let scene = scene.read();
+    let triangle_id = checked_triangles(&scene, shape, triangle_id)?;
+    let (positions, normals, depths) =
+        py.detach(|| reference::surface(&scene, &camera.0, &triangle_id));
+    let vectors = (shape.0, shape.1, 3);
+    (
+        array(py, vectors, positions.into_flattened()),
+        array(py, vectors, normals.into_flattened()),
+        array(py, shape, depths),
+    )
+        .into_pyobject(py)
+}
+
+#[pyfunction]
+fn facing(
+    py: Python<'_>,
+    scene: &PyScene,
+    camera: &PyCamera,
+    light: &PyLight,
+    triangle_id: PyReadonlyArray2<i32>,
+) -> PyResult<Py<PyArray<bool, Ix2>>> {
+    check_process()?;
+    let shape = camera.shape();
+    let scene = scene.read();
+    let triangle_id = checked_triangles(&scene, shape, triangle_id)?;
+    let facing = py.detach(|| occlusion::facing(&scene, &camera.0, &light.0, &triangle_id));
+    Ok(array(py, shape, facing))
+}
+
+/// One triangle of the scene for each pixel, or -1.
+fn checked_triangles(
+    scene: &Scene,
+    shape: (usize, usize),
+    triangle_id: PyReadonlyArray2<i32>,
+) -> PyResult<Vec<i32>> {
+    let triangle_id = triangle_id.as_array();
     let count = scene.triangles().len();
     if triangle_id.dim() != shape {
         return Err(PyValueError::new_err(format!(
@@ -85,16 +121,7 @@ fn surface<'py>(
             "triangle_id must be -1 or index one of {count} faces, got {unknown}"
         )));
     }
-    let triangle_id: Vec<i32> = triangle_id.iter().copied().collect();
-    let (positions, normals, depths) =
-        py.detach(|| reference::surface(&scene, &camera.0, &triangle_id));
-    let vectors = (shape.0, shape.1, 3);
-    (
-        array(py, vectors, positions.into_flattened()),
-        array(py, vectors, normals.into_flattened()),
-        array(py, shape, depths),
-    )
-        .into_pyobject(py)
+    Ok(triangle_id.iter().copied().collect())
 }
 
 #[pyfunction(name = "reference")]
@@ -277,6 +304,7 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<frames::Rendered>()?;
     module.add_function(wrap_pyfunction!(frames::render, module)?)?;
     module.add_function(wrap_pyfunction!(surface, module)?)?;
+    module.add_function(wrap_pyfunction!(facing, module)?)?;
     module.add_function(wrap_pyfunction!(reference_of_image, module)?)?;
     module.add_function(wrap_pyfunction!(brute_force, module)?)?;
     module.add_function(wrap_pyfunction!(adapters, module)?)?;
