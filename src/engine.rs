@@ -1,8 +1,8 @@
 //! Which engine carries a frame out: the CPU's own, or the GPU's on one of the adapters.
 
+use crate::cpu;
 use crate::error::{Error, Result};
 use crate::gpu::{self, AdapterDescription, Gpu, HOW_TO_INSTALL};
-use crate::{cpu, methods};
 use std::sync::{Arc, OnceLock};
 
 /// Names the device where the caller does not.
@@ -19,35 +19,33 @@ pub enum Engine {
 
 impl Engine {
     /// By the name of a device, of the environment's where none is given. Without any: a hardware GPU; else the
-    /// CPU, if the method has a form there; else a software driver.
-    pub fn choose(device: Option<&str>, method: &methods::Description) -> Result<Self> {
+    /// CPU, if the method has a form there, which lacks nothing; else a software driver.
+    pub fn choose(device: Option<&str>, lack: Option<String>) -> Result<Self> {
         let variable = std::env::var(VARIABLE).ok();
         if let Some(name) = device.or(variable.as_deref().filter(|name| !name.is_empty())) {
-            return Self::named(name, method);
+            return Self::named(name, lack);
         }
         if has_hardware() {
             return Ok(Self::Gpu(gpu::gpu("")?));
         }
-        if method.is_on_cpu {
+        let Some(lack) = lack else {
             return Ok(Self::Cpu);
-        }
+        };
         match gpu::gpu("") {
             Ok(gpu) => Ok(Self::Gpu(gpu)),
-            Err(Error::Device(reason)) => Err(Error::Device(format!(
-                "{}, and {reason}",
-                is_missing(method)
-            ))),
+            Err(Error::Device(reason)) => Err(Error::Device(format!("{lack}, and {reason}"))),
             Err(other) => Err(other),
         }
     }
 
-    fn named(name: &str, method: &methods::Description) -> Result<Self> {
+    fn named(name: &str, lack: Option<String>) -> Result<Self> {
         match name.to_lowercase().as_str() {
-            "cpu" if method.is_on_cpu => Ok(Self::Cpu),
-            "cpu" => Err(Error::Device(format!(
-                "{}; take device='gpu', which needs a driver: {HOW_TO_INSTALL}",
-                is_missing(method)
-            ))),
+            "cpu" => match lack {
+                None => Ok(Self::Cpu),
+                Some(lack) => Err(Error::Device(format!(
+                    "{lack}; take device='gpu', which needs a driver: {HOW_TO_INSTALL}"
+                ))),
+            },
             "gpu" => Ok(Self::Gpu(gpu::gpu("")?)),
             "" => Err(Error::Value(format!("{DEVICE_RULE}, got ''"))),
             name => match gpu::gpu(name) {
@@ -82,13 +80,6 @@ impl Engine {
     }
 }
 
-fn is_missing(method: &methods::Description) -> String {
-    format!(
-        "method '{}' has no form on the CPU engine yet",
-        method.schema.name
-    )
-}
-
 /// Whether there is a GPU that gives a device; it is not asked again.
 fn has_hardware() -> bool {
     static HAS_HARDWARE: OnceLock<bool> = OnceLock::new();
@@ -99,6 +90,7 @@ fn has_hardware() -> bool {
 mod tests {
     use super::*;
     use crate::methods::Method;
+    use crate::methods::schema::Value;
 
     #[test]
     fn a_pass_of_both_engines_has_one_label() {
@@ -109,12 +101,25 @@ mod tests {
 
     #[test]
     fn what_the_cpu_engine_has_not_is_refused_in_words() {
-        let choose = |method| Engine::choose(Some("cpu"), &Method::description(method).unwrap());
-        assert!(matches!(choose("exact"), Ok(Engine::Cpu)));
-        let Err(Error::Device(reason)) = choose("uniform") else {
-            panic!("uniform has a form on the CPU engine: take another method");
+        let choose = |name, word| {
+            let method = Method::description(name).unwrap();
+            let mut parameters = method.schema.defaults();
+            if let Ok(parameter) = method.schema.parameter("rasterization") {
+                parameters.set(parameter, Value::Text(String::from(word).into()));
+            }
+            Engine::choose(Some("cpu"), method.lack_on_cpu(Some(&parameters)))
         };
-        assert!(reason.starts_with("method 'uniform' has no form on the CPU engine yet"));
-        assert!(reason.ends_with(HOW_TO_INSTALL));
+        assert!(matches!(choose("exact", "exact"), Ok(Engine::Cpu)));
+        assert!(matches!(choose("uniform", "exact"), Ok(Engine::Cpu)));
+        for (name, word, lack) in [
+            ("shadow_volumes", "exact", "method 'shadow_volumes'"),
+            ("uniform", "linear", "rasterization='linear'"),
+        ] {
+            let Err(Error::Device(reason)) = choose(name, word) else {
+                panic!("{lack} has a form on the CPU engine: take another one");
+            };
+            assert!(reason.starts_with(&format!("{lack} has no form on the CPU engine yet")));
+            assert!(reason.ends_with(HOW_TO_INSTALL));
+        }
     }
 }

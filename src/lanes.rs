@@ -212,6 +212,19 @@ impl<L: Lane> V3<L> {
     }
 }
 
+/// Axes across a direction (Duff et al., "Building an orthonormal basis, revisited", JCGT 2017).
+#[inline(always)]
+pub fn axes_across<L: Lane>(z: V3<L>) -> [V3<L>; 2] {
+    let (zero, one) = (z.x.constant(0.0), z.x.constant(1.0));
+    let side = L::select(zero.at_most(z.z), one, -one);
+    let k = -one / (side + z.z);
+    let m = z.x * z.y * k;
+    [
+        V3::new(one + side * z.x * z.x * k, side * m, -side * z.x),
+        V3::new(m, side + z.y * z.y * k, -z.y),
+    ]
+}
+
 impl From<DVec2> for V2<f64> {
     fn from(v: DVec2) -> Self {
         Self::new(v.x, v.y)

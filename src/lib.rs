@@ -31,6 +31,7 @@ mod light;
 mod lock;
 mod map_settings;
 mod methods;
+mod neighbourhood;
 mod occlusion;
 pub mod projection;
 mod python;

@@ -231,16 +231,41 @@ pub fn render(
 }
 
 fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Result<Rendered> {
-    let cpu::Recorded { visibility, .. } = method.record(&mut frame)?;
+    let recorded = method.record(&mut frame)?;
+    let mut rendered = Rendered::default();
+    for layer in recorded.layers {
+        let Layer { projection, region } = layer.plan.layer;
+        if outputs.has(Output::ShadowMap) {
+            rendered
+                .shadow_map
+                .extend(layer.map.stored_depths(&projection));
+        }
+        if let Some(map) = layer
+            .plan
+            .importance
+            .filter(|_| outputs.has(Output::ImportanceMap))
+        {
+            let values = map.values.iter().map(|&bits| map.value_from_bits(bits));
+            let cells = map.cells as usize;
+            rendered
+                .importance_maps
+                .push((cells, cells, values.collect()));
+        }
+        rendered.layers.push(RenderedLayer {
+            projection,
+            region,
+            warp: layer.plan.warp.map(|warp| warp.warp),
+        });
+    }
     let reads_triangles = outputs.reads_triangles();
     let triangle_id = reads_triangles.then(|| frame.image().triangle_ids());
     Ok(Rendered {
-        visibility,
+        visibility: recorded.visibility,
         triangle_id: triangle_id.unwrap_or_default(),
         timings: frame.timings,
         stats: frame.stats,
         adapter: Engine::Cpu.description(),
-        ..Rendered::default()
+        ..rendered
     })
 }
 

@@ -1,7 +1,7 @@
 //! A receiver's own light ray against a triangle: twin of `shaders/lib/shadow_ray.wgsl` and `receiver_ray.wgsl`, which
 //! argue for it.
 
-use crate::lanes::{Lane, V2, V3};
+use crate::lanes::{Lane, V2, V3, axes_across};
 use crate::rounding::ROUNDING;
 
 const PRODUCT_ROUNDING: f64 = 0.5 * ROUNDING;
@@ -55,19 +55,6 @@ fn sign<L: Lane>(x: L) -> L {
 pub fn receiver_margin<L: Lane>(distance: L, cosine: L, extent: L) -> L {
     let margin = distance.constant(ROUNDING) * distance;
     margin + (margin / cosine.max(distance.constant(1e-30))).min(extent)
-}
-
-/// Axes across a direction (Duff et al., "Building an orthonormal basis, revisited", JCGT 2017).
-#[inline(always)]
-pub fn axes_across<L: Lane>(z: V3<L>) -> [V3<L>; 2] {
-    let (zero, one) = (z.x.constant(0.0), z.x.constant(1.0));
-    let side = L::select(zero.at_most(z.z), one, -one);
-    let k = -one / (side + z.z);
-    let m = z.x * z.y * k;
-    [
-        V3::new(one + side * z.x * z.x * k, side * m, -side * z.x),
-        V3::new(m, side + z.y * z.y * k, -z.y),
-    ]
 }
 
 impl<L: Lane> LightRay<L> {

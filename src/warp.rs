@@ -123,10 +123,35 @@ impl Warp {
         texels: usize,
         texel: V2<L>,
     ) -> V2<L> {
+        let functions = self.functions_of_texel(inverses, texels, texel);
+        self.linear_by_functions(inverses, texels, functions, texel)
+    }
+
+    /// The functions of a row and of a column that take a place to the centre of a texel.
+    #[inline(always)]
+    pub fn functions_of_texel<L: Lane>(
+        &self,
+        inverses: &[f32],
+        texels: usize,
+        texel: V2<L>,
+    ) -> V2<L> {
         let size = texel.x.constant(texels as f64);
         let column = self.function_at((texel.x + texel.x.constant(0.5)) / size);
         let y = L::gather(inverses, texels, self.along_y(column), texel.y);
-        let x = L::gather(inverses, texels, self.function_at(y), texel.x);
+        V2::new(self.function_at(y), column)
+    }
+
+    /// What two functions take to the centre of a texel.
+    #[inline(always)]
+    pub fn linear_by_functions<L: Lane>(
+        &self,
+        inverses: &[f32],
+        texels: usize,
+        functions: V2<L>,
+        texel: V2<L>,
+    ) -> V2<L> {
+        let x = L::gather(inverses, texels, functions.x, texel.x);
+        let y = L::gather(inverses, texels, self.along_y(functions.y), texel.y);
         V2::new(x, y)
     }
 

@@ -7,14 +7,17 @@ import os
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import View
 
 import lixel as lx
 from lixel import _core, cli
 
 ON_CPU = lx.info().cpu["methods"]
+EXACT = ("exact", "ray_traced")
 ADAPTERS = lx.info().adapters
 SOFTWARE = ("Cpu", "Other")
 HAS_HARDWARE = any(a["type"] not in SOFTWARE and not a["missing_features"] for a in ADAPTERS)
@@ -42,6 +45,12 @@ def ended(text: str, **more: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def light_for(method: str, view: View) -> lx.Light:
+    """One that the method takes."""
+    others = (lx.PointLight((1, 4, 1)), lx.SpotLight((1, 4, 1), (0, -1, 0), 0.7))
+    return next(light for light in (view.light, *others) if lx.METHODS[method]().takes(light))
+
+
 # --- The choice ---
 
 
@@ -58,12 +67,13 @@ def test_the_cpu_engine_is_named_in_a_frame(view):
 
 @pytest.mark.parametrize("method", ON_CPU)
 def test_any_number_of_threads_gives_the_same_image(method, view):
-    frames = [lx.render(*view, method, device="cpu", threads=threads) for threads in (1, 2, 5)]
+    seen = view.scene, view.camera, light_for(method, view)
+    frames = [lx.render(*seen, method, device="cpu", threads=threads) for threads in (1, 2, 5)]
     for threads, frame in zip(("1 thread", "2 threads", "5 threads"), frames, strict=True):
         assert frame.adapter["driver"].endswith(f" {threads}")
-        assert frame.visibility.tobytes() == frames[0].visibility.tobytes()
-        assert frame.triangle_id.tobytes() == frames[0].triangle_id.tobytes()
-    images = lx.render_shadows(view[0], view[1], [view[2]] * 2, method, device="cpu", threads=3)
+        for name in ("visibility", "triangle_id", "shadow_map", "importance_map", "warp_map"):
+            assert getattr(frame, name).tobytes() == getattr(frames[0], name).tobytes(), name
+    images = lx.render_shadows(*seen[:2], [seen[2]] * 2, method, device="cpu", threads=3)
     assert all(image.tobytes() == frames[0].visibility.tobytes() for image in images)
 
 
@@ -171,10 +181,8 @@ def test_auto_on_the_cpu_takes_what_never_errs(view):
 
 
 def test_every_method_renders_on_the_cpu_or_says_that_it_cannot(view):
-    light = {"spot": lx.SpotLight((1, 4, 1), (0, -1, 0), 0.7)}
     for name in lx.METHODS:
-        lit_by = view.light if lx.METHODS[name]().takes(view.light) else lx.PointLight((1, 4, 1))
-        seen = view.scene, view.camera, light.get(name, lit_by), name
+        seen = view.scene, view.camera, light_for(name, view), name
         if name in ON_CPU:
             assert lx.render_shadows(*seen, device="cpu").shape == (64, 96)
             continue
@@ -183,7 +191,21 @@ def test_every_method_renders_on_the_cpu_or_says_that_it_cannot(view):
         )
         with pytest.raises(lx.DeviceError, match=words):
             lx.render_shadows(*seen, device="cpu")
-    assert {"exact", "ray_traced"} <= set(ON_CPU)
+    assert set(ON_CPU) == set(lx.METHODS) - {"shadow_volumes"}
+
+
+def test_straight_edges_need_a_driver(view):
+    method = lx.Uniform(rasterization="linear")
+    words = "rasterization='linear' has no form on the CPU engine yet; take device='gpu'"
+    with pytest.raises(lx.DeviceError, match=words):
+        lx.render_shadows(*view, method, device="cpu")
+    assert lx.render(*view, method, device="gpu").adapter["type"] != "Cpu engine"
+
+
+@pytest.mark.usefixtures("no_device")
+def test_what_the_cpu_engine_lacks_is_given_to_a_driver(view):
+    assert lx.render(*view, lx.Uniform(rasterization="linear")).adapter["type"] != "Cpu engine"
+    assert (lx.render(*view, "uniform").adapter["type"] == "Cpu engine") != HAS_HARDWARE
 
 
 def test_ray_queries_are_no_thing_of_the_cpu_engine(view):
@@ -194,10 +216,13 @@ def test_ray_queries_are_no_thing_of_the_cpu_engine(view):
 
 
 def test_functions_that_make_parts_of_frames_take_a_device(view):
-    assert lx.warp_map(*view, "rtw", device="gpu").ndim == 4
     for part in (lx.warp_map, lx.importance_map):
-        with pytest.raises(lx.DeviceError, match="'rtw' has no form on the CPU engine"):
-            part(*view, "rtw", device="cpu")
+        of_cpu, of_gpu = (part(*view, "rtw", device=device) for device in ("cpu", "gpu"))
+        assert of_cpu.shape == of_gpu.shape
+        # A receiver on the border of two cells may be in either.
+        assert np.mean(np.abs(of_cpu - of_gpu) > 1e-3) < 1e-3
+        with pytest.raises(lx.DeviceError, match="'shadow_volumes' has no form on the CPU engine"):
+            part(*view, "shadow_volumes", device="cpu")
         assert part(*view, "exact", device="cpu").shape[0] == 0
 
 
@@ -220,8 +245,8 @@ def test_a_command_takes_a_device(tmp_path, capfd):
     arguments = ["render", "plane_and_box", "--size", "48x32", "-o", str(tmp_path / "x.npy")]
     assert cli.main([*arguments, "--method", "exact", "--device", "cpu"]) == 0
     assert "caster tests" in capfd.readouterr().out
-    assert cli.main([*arguments, "--method", "rtw", "--device", "cpu"]) == 2
-    assert "'rtw' has no form on the CPU engine" in capfd.readouterr().err
+    assert cli.main([*arguments, "--method", "shadow_volumes", "--device", "cpu"]) == 2
+    assert "'shadow_volumes' has no form on the CPU engine" in capfd.readouterr().err
     assert cli.main([*arguments, "--method", "exact", "--device", "nothing"]) == 2
     assert "device must be" in capfd.readouterr().err
     assert cli.main([*arguments, "--method", "exact", "--device", "cpu", "--threads", "2"]) == 0
@@ -245,15 +270,23 @@ def test_info_lists_the_cpu_engine_first_and_what_is_in_use(no_device):
 
 
 @pytest.mark.parametrize("method", ON_CPU)
-def test_a_frame_has_all_that_a_frame_has(method, view, truth):
-    frame = lx.render(*view, method, device="cpu")
-    other = lx.render(*view, method, device="gpu")
-    assert np.array_equal(frame.visibility, other.visibility, equal_nan=True)
+def test_a_frame_has_all_that_a_frame_has(method, view):
+    seen = view.scene, view.camera, light_for(method, view)
+    frame, other = (lx.render(*seen, method, device=device) for device in ("cpu", "gpu"))
+    truth = lx.reference(*seen)
     assert np.array_equal(frame.triangle_id, other.triangle_id)
-    assert lx.compare(frame, truth).misclassified_count == 0
+    wrong, wrong_on_gpu = (lx.compare(f, truth).misclassified_count for f in (frame, other))
+    assert wrong <= (0 if method in EXACT else 1.05 * wrong_on_gpu + 3)
     for name in ("shadow_map", "importance_map", "warp_map", "light_matrix"):
         assert getattr(frame, name).shape == getattr(other, name).shape, name
-    assert np.array_equal(frame.aliasing_error, other.aliasing_error, equal_nan=True)
+    # A texel whose ray passes an edge within rounding may hold what is on either side of it.
+    depths = np.abs(frame.shadow_map - other.shadow_map)
+    assert np.count_nonzero(depths > 1e-4) <= 1e-3 * depths.size
+    # A receiver on the border of two cells may be counted in either.
+    assert np.allclose(frame.warp_map, other.warp_map, atol=0.02)
+    assert np.allclose(frame.light_matrix, other.light_matrix, rtol=1e-3, atol=0.1)
+    if frame.warp_map.size == 0:
+        assert np.allclose(frame.aliasing_error, other.aliasing_error, rtol=1e-2, equal_nan=True)
     assert frame.stats["triangles"] == view.scene.triangle_count
     assert set(frame.timings) <= set(_core.labels())
     assert all(milliseconds >= 0.0 for milliseconds in frame.timings.values())
@@ -272,14 +305,43 @@ def test_a_list_of_lights_is_as_each_alone(method):
         lx.HemisphereLight(inside, (0, -1, 0)),
         lx.DirectionalLight((1, -0.1, 0.2)),
     ]
+    lights = [light for light in lights if lx.METHODS[method]().takes(light)]
     together = lx.render_shadows(scene, camera, lights, method, device="cpu")
-    for light, found in zip(lights, together, strict=True):
+    on_gpu = lx.render_shadows(scene, camera, lights, method, device="gpu")
+    for light, found, other in zip(lights, together, on_gpu, strict=True):
         fresh = lx.Scene(scene.vertices, scene.faces)
         alone = lx.render_shadows(fresh, camera, light, method, device="cpu")
         assert found.tobytes() == alone.tobytes(), light
         truth = lx.reference(scene, camera, light)
-        assert lx.compare(found, truth).misclassified_count == 0, light
+        wrong, of_gpu = (lx.compare(image, truth).misclassified_count for image in (found, other))
+        # Float32 rounds otherwise on each engine: some pixels at edges fall on the other side.
+        assert wrong <= (0 if method in EXACT else 1.1 * of_gpu + 5), (light, of_gpu)
     assert lx.render_shadows(scene, camera, [], method, device="cpu").shape == (0, 90, 160)
+
+
+MAPS = ("desired_view", "cube+notw", "dual_paraboloid+rtw", "lispsm+rtw", "notw", "cascades")
+LOOKUPS = (
+    "auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5",
+    lx.Pcf(radius=2.0, samples=12), lx.Pcf(radius=0.05, samples=9, space="unwarped"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("lookup", LOOKUPS, ids=str)
+@pytest.mark.parametrize("method", MAPS)
+def test_lookups_answer_as_the_shaders_do(method, lookup):
+    scene = lx.scenes.city()
+    camera = scene.cameras["default"].resized(160, 90)
+    low, high = scene.bounds
+    lights = [*scene.lights.values(), lx.PointLight(low + (high - low) * [0.4, 0.9, 0.6])]
+    method = replace(lx.method_from(method), lookup=lookup, resolution=256)
+    for light in lights:
+        if method.takes(light):
+            seen = scene, camera, light, method
+            of_cpu, of_gpu = (lx.render_shadows(*seen, device=device) for device in ("cpu", "gpu"))
+            assert np.array_equal(np.isnan(of_cpu), np.isnan(of_gpu))
+            differs = np.nan_to_num(np.abs(of_cpu - of_gpu)) > 0.2
+            # Single pixels whose texel or edge is decided by the last bit.
+            assert differs.sum() <= 20, light
 
 
 def test_what_the_camera_sees_is_kept(view):
@@ -359,7 +421,8 @@ def test_without_any_driver_exact_renders():
             assert frame.adapter["type"] == "Cpu engine"
             assert lx.compare(frame, truth).misclassified_count == 0
         lx.clear_cache()
-        for method, device in (("uniform", None), ("exact", "gpu")):
+        assert lx.render(*view, "uniform").adapter["type"] == "Cpu engine"
+        for method, device in (("shadow_volumes", None), ("exact", "gpu")):
             try:
                 lx.render_shadows(*view, method, device=device)
             except lx.DeviceError as error:
@@ -372,9 +435,9 @@ def test_without_any_driver_exact_renders():
         **NO_DRIVER,
     )
     assert (process.returncode, process.stderr) == (0, "")
-    of_uniform, of_gpu, of_name = process.stdout.splitlines()
-    assert "method 'uniform' has no form on the CPU engine yet, and no GPU" in of_uniform
-    assert "install a Vulkan driver" in of_uniform
+    of_volumes, of_gpu, of_name = process.stdout.splitlines()
+    assert "method 'shadow_volumes' has no form on the CPU engine yet, and no GPU" in of_volumes
+    assert "install a Vulkan driver" in of_volumes
     assert of_gpu.startswith("no GPU adapter found; install a Vulkan driver")
     assert of_name.endswith("got 'llvmpipe': no adapter is called so; there is none")
 

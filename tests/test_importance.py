@@ -8,6 +8,8 @@ import pytest
 import lixel as lx
 from lixel.scenes import colonnade, plane_and_box
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 CELLS = 32
 RTW = {"importance_resolution": CELLS}
 

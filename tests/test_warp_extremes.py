@@ -5,9 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import lixel as lx
+
+pytestmark = pytest.mark.usefixtures("engine")
 
 few = settings(
     max_examples=12,

@@ -8,6 +8,8 @@ import pytest
 import lixel as lx
 from lixel.scenes import colonnade
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 WARPS = ("rtw", "notw")
 # Functions that are the prefix sums themselves. As published there is one for each row, too:
 # `function_count`.
@@ -178,6 +180,7 @@ def test_long_functions(view):
     assert frame.warp_map[0, :, 0, -2].min() > 0.5
 
 
+@pytest.mark.not_on_cpu("its memory is not in buffers of a device")
 def test_too_many_cells_are_refused(view):
     with pytest.raises(ValueError, match=r"importance_resolution .* from 1 to 16384, got 20000"):
         lx.RectilinearWarp(importance_resolution=20000)

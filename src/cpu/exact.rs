@@ -8,7 +8,7 @@ use super::light_grid::{GRID, LightGrid};
 use super::rasterize::Image;
 use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
 use super::tiles::{BLOCK, cut};
-use super::view::{Nearness, View};
+use super::view::{Nearness, View, cube_views};
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::scene::Scene;
@@ -90,39 +90,23 @@ fn milliseconds(start: Instant) -> f64 {
 
 /// What the light sees: all of it for parallel rays, the faces of a cube around a position.
 fn views(light: &Light, scene: &Scene) -> Vec<View> {
-    let view = |origin: DVec3, rows: [DVec4; 3], nearness: Nearness| View {
-        origin,
-        rows,
-        nearness,
+    let source = Source::of(light);
+    if let Some(position) = light.position() {
+        return cube_views(position, source, GRID).collect();
+    }
+    let (low, high) = scene.bounds();
+    let to_light = light.vector_from_point(DVec3::ZERO);
+    let (x, y) = to_light.any_orthonormal_pair();
+    let [x, y, z] = [x, y, to_light].map(|axis| axis.extend(0.0));
+    vec![View {
+        origin: 0.5 * (low + high),
+        rows: [x, y, DVec4::W],
+        nearness: Nearness::Linear(z),
         width: GRID,
         height: GRID,
-        seen: match nearness {
-            Nearness::Inverse => (0.0, f64::INFINITY),
-            Nearness::Linear(_) => (f64::NEG_INFINITY, f64::INFINITY),
-        },
-        light: Some(Source::of(light)),
-    };
-    match light.position() {
-        None => {
-            let (low, high) = scene.bounds();
-            let to_light = light.vector_from_point(DVec3::ZERO);
-            let (x, y) = to_light.any_orthonormal_pair();
-            let [x, y, z] = [x, y, to_light].map(|axis| axis.extend(0.0));
-            vec![view(
-                0.5 * (low + high),
-                [x, y, DVec4::W],
-                Nearness::Linear(z),
-            )]
-        }
-        Some(position) => (0..6)
-            .map(|face| {
-                let axis = |k: usize| DVec3::AXES[(face / 2 + k) % 3];
-                let ahead = if face % 2 == 1 { -axis(0) } else { axis(0) };
-                let rows = [axis(1), axis(2), ahead].map(|axis| axis.extend(0.0));
-                view(position, rows, Nearness::Inverse)
-            })
-            .collect(),
-    }
+        seen: (f64::NEG_INFINITY, f64::INFINITY),
+        light: Some(source),
+    }]
 }
 
 /// Moves and scales a view, so that an extent fills it but for some room on each side.

@@ -42,7 +42,9 @@ impl<S: Simd> Lane for f32x8<S> {
         let (rows, columns): ([f32; LANES], [f32; LANES]) = (row.into(), column.into());
         let mut values = [0.0; LANES];
         for (i, value) in values.iter_mut().enumerate() {
-            *value = table[rows[i] as usize * width + columns[i] as usize];
+            // A lane that nobody asks for may be anywhere.
+            let place = rows[i] as usize * width + columns[i] as usize;
+            *value = table[place.min(table.len() - 1)];
         }
         f32x8::simd_from(row.simd, values)
     }

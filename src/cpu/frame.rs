@@ -1,6 +1,7 @@
 //! A frame in the making on the CPU: what the camera sees, and what a method asks of it.
 
 use super::importance_map::Words;
+use super::map::Map;
 use super::rasterize::{Image, rasterize};
 use super::receivers::Receivers;
 use super::tiles::{TILE, TILE_PIXELS, Tiling};
@@ -33,6 +34,7 @@ pub const IMPORTANCE_LABEL: &str = "importance map";
 pub const FORWARD_LABEL: &str = "forward importance";
 pub const BLEND_LABEL: &str = "blend importance";
 pub const WARP_LABEL: &str = "warp map";
+pub const LOOKUP_LABEL: &str = "lookup";
 
 /// The keys of a frame's timers: those of the GPU engine where a pass does the same.
 pub const LABELS: &[&str] = &[
@@ -51,6 +53,7 @@ pub const LABELS: &[&str] = &[
     FORWARD_LABEL,
     BLEND_LABEL,
     WARP_LABEL,
+    LOOKUP_LABEL,
 ];
 
 /// Pixels of an image, its tiles filled up, at most: 12 bytes of each are in memory.
@@ -64,10 +67,10 @@ pub struct KeptParts {
 }
 
 /// What the last camera sees.
-struct Seen {
+pub(super) struct Seen {
     generation: u64,
     camera: Camera,
-    image: Image,
+    pub image: Image,
 }
 
 /// What finds the triangles near a ray.
@@ -108,7 +111,7 @@ pub struct Frame<'a> {
     pub(super) camera: &'a Camera,
     pub(super) light: &'a Light,
     pub(super) kept: &'a KeptParts,
-    seen: Arc<Seen>,
+    pub(super) seen: Arc<Seen>,
     /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
     pub(super) culls: bool,
     /// Milliseconds of each pass.
@@ -120,7 +123,13 @@ pub struct Frame<'a> {
 /// layers that it was looked up in.
 pub struct Recorded {
     pub visibility: Vec<f32>,
-    pub layers: Vec<PlannedLayer>,
+    pub layers: Vec<DrawnLayer>,
+}
+
+/// A layer that has texels.
+pub struct DrawnLayer {
+    pub plan: PlannedLayer,
+    pub map: Map,
 }
 
 /// A layer before it has texels.

@@ -7,7 +7,7 @@ use crate::fits::layer::Layer;
 use crate::lanes::V3;
 use crate::projection::{Formulas, Kind, KindVisitor, LaneKind};
 use fearless_simd::prelude::*;
-use glam::{DVec3, DVec4};
+use glam::{DVec3, DVec4, Vec3};
 
 /// A layer, for points relative to the eye.
 pub struct LightSpace {
@@ -15,6 +15,8 @@ pub struct LightSpace {
     /// Projection space is scaled by it, so that products of coordinates stay within float32.
     pub unit: f64,
     rows: [DVec4; 3],
+    /// World vectors of a unit step along each of its axes.
+    steps: [DVec3; 3],
     /// The half-spaces of the receivers that the layer is for.
     planes: Vec<DVec4>,
 }
@@ -25,10 +27,14 @@ impl LightSpace {
         let unit = projection.unit();
         let offset = eye - projection.origin;
         let axes = [projection.x_axis, projection.y_axis, projection.z_axis];
+        let steps = projection.steps();
         let half_spaces = region.half_spaces().iter();
         Self {
             kind: projection.kind,
             unit,
+            steps: each([steps.x_axis, steps.y_axis, steps.z_axis], |step| {
+                step / unit
+            }),
             rows: each(axes, |axis| axis.extend(axis.dot(offset)) * unit),
             planes: half_spaces
                 .map(|half| half.normal.extend(half.normal.dot(eye - half.origin)))
@@ -40,6 +46,23 @@ impl LightSpace {
     pub fn projected<S: Simd>(&self, simd: S, point: &[f64x8<S>; 3]) -> V3<f32x8<S>> {
         let [x, y, z] = each(self.rows, |row| narrow(function_of(simd, row, point)));
         V3::new(x, y, z)
+    }
+
+    /// A vector of the world.
+    #[inline(always)]
+    pub fn turned<S: Simd>(&self, simd: S, v: V3<f32x8<S>>) -> V3<f32x8<S>> {
+        let [x, y, z] = each(self.rows, |row| {
+            let row = row.as_vec4();
+            let sum = v.y.mul_add(splat(simd, row.y), v.z * row.z);
+            v.x.mul_add(splat(simd, row.x), sum)
+        });
+        V3::new(x, y, z)
+    }
+
+    /// A plane's normal as a covector.
+    pub fn covector(&self, normal: DVec3) -> Vec3 {
+        let [x, y, z] = each(self.steps, |step| step.dot(normal) as f32);
+        Vec3::new(x, y, z)
     }
 
     /// Which receivers of each row are in the layer's region and face the light.

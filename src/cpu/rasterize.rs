@@ -4,12 +4,14 @@
 //! tested eight at once. Of an edge or a depth that float32 cannot tell, float64 decides at that pixel, so that the
 //! image does not depend on the order of the triangles.
 
-use super::bins::{Bin, Cover, bins, eights, ids_at, triangles_of};
+use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, dispatch, f32x8, greatest, least, level, mask_bits, splat, u32x8,
+    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, least, level, mask_bits, splat,
+    u32x8,
 };
 use super::shapes::{Corners, Shapes};
-use super::tiles::{BLOCK, TILE, TILE_PIXELS, Tiling};
+use super::tile_rays::TileRays;
+use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
 use super::view::{Place, View};
 use crate::camera::Camera;
 use crate::scene::Scene;
@@ -23,8 +25,6 @@ pub const NONE: u32 = u32::MAX;
 
 /// Of how near a triangle is: what rounding may do to it, as a share, where it is set up in float32.
 const MAX_ROUNDING: f32 = 1.0 / 8192.0;
-
-const BLOCKS: usize = TILE / BLOCK;
 
 /// Columns and rows of a tile, as far as the middles of pixels go.
 const SIDE: f32 = TILE as f32;
@@ -63,6 +63,21 @@ impl Image {
         seen.count() as u32
     }
 
+    /// Writes what a block answers into eight rows, NaN where nothing is seen.
+    #[inline(always)]
+    pub fn write(&self, rows: &mut [f32], (x, y): (usize, usize), lit: &[[f32; LANES]; BLOCK]) {
+        let tiling = &self.tiling;
+        let width = BLOCK.min(tiling.width - x);
+        for (i, lit) in lit.iter().enumerate().take(tiling.height - y) {
+            let place = tiling.index(x, y + i);
+            let ids = &self.triangles[place..place + width];
+            let row = &mut rows[i * tiling.width + x..][..width];
+            for ((pixel, &id), &lit) in row.iter_mut().zip(ids).zip(lit) {
+                *pixel = if id == NONE { f32::NAN } else { lit };
+            }
+        }
+    }
+
     /// Of each pixel the triangle that it shows, row by row; -1 where there is none.
     pub fn triangle_ids(&self) -> Vec<i32> {
         let Self { tiling, triangles } = self;
@@ -78,61 +93,77 @@ impl Image {
     }
 }
 
+/// The nearest triangles of an image.
 pub fn rasterize(view: &View, scene: &Scene) -> Image {
-    let tiling = Tiling::new(view.width, view.height);
     let places = view.places(scene);
-    let bins = bins(view, tiling, scene, &places, Cover::Middles);
-    let painter = Painter {
-        view,
-        tiling,
-        scene,
-        places: &places,
-    };
-    let mut triangles = vec![0; tiling.tiles() * TILE_PIXELS];
-    triangles
-        .par_chunks_mut(TILE_PIXELS)
-        .enumerate()
-        .for_each(|(tile, ids)| {
-            let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-            dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, ids));
-        });
-    Image { tiling, triangles }
+    let (painter, bins) = Painter::new(view, scene, &places, Cover::Middles);
+    let mut triangles = vec![0; painter.tiling.tiles() * TILE_PIXELS];
+    let tiles = triangles.par_chunks_mut(TILE_PIXELS).enumerate();
+    tiles.for_each(|(tile, ids)| {
+        let mut nearness = [0.0; TILE_PIXELS];
+        let bins = bins.iter().map(|of_thread| &of_thread[tile]);
+        dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, ids, &mut nearness));
+    });
+    Image {
+        tiling: painter.tiling,
+        triangles,
+    }
 }
 
-struct Painter<'a> {
-    view: &'a View,
-    tiling: Tiling,
-    scene: &'a Scene,
-    places: &'a [Place],
+/// A view whose tiles are drawn.
+pub struct Painter<'a> {
+    pub view: &'a View,
+    pub tiling: Tiling,
+    pub scene: &'a Scene,
+    pub places: &'a [Place],
 }
 
 /// A tile that is being drawn.
-struct Tile<'a> {
-    view: &'a View,
-    scene: &'a Scene,
+pub struct Tile<'a> {
+    pub view: &'a View,
+    pub scene: &'a Scene,
     /// Its first pixel.
     corner: (usize, usize),
     /// How near what is seen is, and which triangle it is.
     nearness: &'a mut [f32; TILE_PIXELS],
     ids: &'a mut [u32],
     /// No nearer than anything in each block.
-    farthest: [f32; BLOCKS * BLOCKS],
+    pub farthest: [f32; BLOCKS * BLOCKS],
     /// What rounding may have done to the nearness.
-    room: f32,
+    pub room: f32,
+    /// The rays of its texels, where they are no middles of pixels.
+    pub rays: Option<&'a TileRays>,
 }
 
-impl Painter<'_> {
+impl<'p> Painter<'p> {
+    pub fn new(
+        view: &'p View,
+        scene: &'p Scene,
+        places: &'p [Place],
+        cover: Cover,
+    ) -> (Self, Bins) {
+        let tiling = Tiling::new(view.width, view.height);
+        let painter = Self {
+            view,
+            tiling,
+            scene,
+            places,
+        };
+        (painter, bins(view, tiling, scene, places, cover))
+    }
+
     #[inline(always)]
-    fn draw_tile<'a, S: Simd>(
+    pub fn draw_tile<'a, S: Simd>(
         &self,
         simd: S,
         bins: impl Iterator<Item = &'a Bin>,
         index: usize,
         ids: &mut [u32],
+        nearness: &mut [f32; TILE_PIXELS],
     ) {
         let corner = self.tiling.corner(index);
         ids.fill(NONE);
-        let mut nearness = [f32::NEG_INFINITY; TILE_PIXELS];
+        nearness.fill(f32::NEG_INFINITY);
         // What lies beside the image is never seen.
         for (place, nearness) in nearness.iter_mut().enumerate() {
             if corner.0 + place % TILE >= self.tiling.width
@@ -141,15 +172,7 @@ impl Painter<'_> {
                 *nearness = f32::INFINITY;
             }
         }
-        let mut tile = Tile {
-            view: self.view,
-            scene: self.scene,
-            corner,
-            nearness: &mut nearness,
-            ids,
-            farthest: [f32::NEG_INFINITY; BLOCKS * BLOCKS],
-            room: 0.0,
-        };
+        let mut tile = Tile::new(self.view, self.scene, corner, (ids, nearness));
         let origin = [corner.0 as f32 + 0.5, corner.1 as f32 + 0.5];
         let rounding = self.view.rounding();
         for bin in bins {
@@ -160,9 +183,7 @@ impl Painter<'_> {
                 let shapes = Shapes::new(simd, &corners, rounding, SIDE);
                 let boxes = pixel_boxes(simd, &corners, rounding);
                 for lane in 0..count {
-                    let size = shapes.low[lane].abs().max(shapes.high[lane].abs());
-                    // One whose depth float32 knows badly would make the others' uncertain.
-                    if shapes.rounding[lane] < MAX_ROUNDING * size {
+                    if shapes.is_well_known(lane) {
                         let [x0, x1, y0, y1] = &boxes;
                         let pixels = [
                             x0[lane] as usize,
@@ -196,7 +217,41 @@ fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[f32; 
     ]
 }
 
-impl Tile<'_> {
+impl Shapes {
+    /// Whether float32 knows well how near one is: one that it does not would make the others' uncertain.
+    pub fn is_well_known(&self, lane: usize) -> bool {
+        let size = self.low[lane].abs().max(self.high[lane].abs());
+        self.rounding[lane] < MAX_ROUNDING * size
+    }
+}
+
+impl<'a> Tile<'a> {
+    pub fn new(
+        view: &'a View,
+        scene: &'a Scene,
+        corner: (usize, usize),
+        (ids, nearness): (&'a mut [u32], &'a mut [f32; TILE_PIXELS]),
+    ) -> Self {
+        Self {
+            view,
+            scene,
+            corner,
+            nearness,
+            ids,
+            farthest: [f32::NEG_INFINITY; BLOCKS * BLOCKS],
+            room: 0.0,
+            rays: None,
+        }
+    }
+
+    /// Finds what each block holds.
+    #[inline(always)]
+    pub fn find_farthest<S: Simd>(&mut self, simd: S) {
+        for block in 0..BLOCKS * BLOCKS {
+            self.farthest[block] = self.farthest_of_block(simd, block % BLOCKS, block / BLOCKS);
+        }
+    }
+
     #[inline(never)]
     fn draw_wide<S: Simd>(&mut self, simd: S, id: u32) {
         let origin = DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5;
@@ -237,9 +292,23 @@ impl Tile<'_> {
             for bx in bits(blocks) {
                 let is_covered = covered >> bx & 1 != 0;
                 if is_covered {
-                    self.draw_block::<S, IS_WIDE, true>(simd, shapes, lane, id, bx, rows.clone());
+                    self.draw_block::<S, IS_WIDE, true, false>(
+                        simd,
+                        shapes,
+                        lane,
+                        id,
+                        bx,
+                        rows.clone(),
+                    );
                 } else {
-                    self.draw_block::<S, IS_WIDE, false>(simd, shapes, lane, id, bx, rows.clone());
+                    self.draw_block::<S, IS_WIDE, false, false>(
+                        simd,
+                        shapes,
+                        lane,
+                        id,
+                        bx,
+                        rows.clone(),
+                    );
                 }
                 if is_covered || rows.len() == BLOCK {
                     self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
@@ -248,8 +317,14 @@ impl Tile<'_> {
         }
     }
 
+    /// Draws into some rows of a block. With `HAS_RAYS` columns and rows are those of the rays.
     #[inline(always)]
-    fn draw_block<S: Simd, const IS_WIDE: bool, const IS_COVERED: bool>(
+    pub fn draw_block<
+        S: Simd,
+        const IS_WIDE: bool,
+        const IS_COVERED: bool,
+        const HAS_RAYS: bool,
+    >(
         &mut self,
         simd: S,
         shapes: &Shapes,
@@ -284,17 +359,34 @@ impl Tile<'_> {
         for row in rows {
             let y = row as f32;
             let place = row * TILE + bx * BLOCK;
-            let held = &mut self.nearness[place..place + LANES];
-            let old = f32x8::from_slice(simd, held);
-            let new = (along + step_y * y).max(low).min(high);
+            let old = f32x8::from_slice(simd, &self.nearness[place..place + LANES]);
+            let at_rays = self.rays.filter(|_| HAS_RAYS);
+            let at_rays = at_rays.map(|rays| rays.eight(simd, place));
+            let plane = match at_rays {
+                Some((x, y)) => {
+                    let step_x = splat(simd, shapes.step_x[lane]);
+                    x.mul_add(
+                        step_x,
+                        y.mul_add(splat(simd, step_y), splat(simd, shapes.first[lane])),
+                    )
+                }
+                None => along + step_y * y,
+            };
+            let new = plane.max(low).min(high);
             let mut may_win = old.simd_le(new + room);
             let mut wins = old.simd_lt(new - room);
             if !IS_COVERED {
-                let e = least([
-                    edges[0] + b[0] * y,
-                    edges[1] + b[1] * y,
-                    edges[2] + b[2] * y,
-                ]);
+                let e = match at_rays {
+                    Some((x, y)) => least(each([0, 1, 2], |i| {
+                        let rest = y.mul_add(splat(simd, b[i]), splat(simd, c[i][lane]));
+                        x.mul_add(splat(simd, a[i][lane]), rest)
+                    })),
+                    None => least([
+                        edges[0] + b[0] * y,
+                        edges[1] + b[1] * y,
+                        edges[2] + b[2] * y,
+                    ]),
+                };
                 may_win &= splat(simd, -1.0).simd_le(e);
                 wins &= splat(simd, 1.0).simd_lt(e);
             }
@@ -306,6 +398,7 @@ impl Tile<'_> {
             if may_win == 0 {
                 continue;
             }
+            let held = &mut self.nearness[place..place + LANES];
             wins.select(new, old).store_slice(held);
             let ids = &mut self.ids[place..place + LANES];
             let known = u32x8::from_slice(simd, ids);
@@ -319,8 +412,13 @@ impl Tile<'_> {
     /// A pixel that float32 leaves open.
     #[inline(never)]
     fn decide(&mut self, place: usize, id: u32) {
-        let (x, y) = (self.corner.0 + place % TILE, self.corner.1 + place / TILE);
-        let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let middle = match self.rays {
+            Some(rays) => rays.place(place),
+            None => {
+                let (x, y) = (self.corner.0 + place % TILE, self.corner.1 + place / TILE);
+                DVec2::new(x as f64, y as f64) + 0.5
+            }
+        };
         let Some(new) = self.view.nearness_at(self.scene, middle, id) else {
             return;
         };
@@ -337,7 +435,7 @@ impl Tile<'_> {
     }
 
     #[inline(always)]
-    fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
+    pub fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
         let mut least = splat(simd, f32::INFINITY);
         for row in by * BLOCK..(by + 1) * BLOCK {
             let place = row * TILE + bx * BLOCK;

@@ -5,9 +5,10 @@ use super::rasterize::{Image, NONE};
 use super::tiles::{BLOCK, TILE};
 use super::view::{Nearness, View};
 use crate::camera::Camera;
+use crate::lanes::V3;
 use crate::light::Light;
 use crate::occlusion::ReceiverRay;
-use crate::scene::Scene;
+use crate::scene::{Scene, unit_normal};
 use crate::sides::Source;
 use fearless_simd::prelude::*;
 use glam::{DVec3, DVec4};
@@ -189,6 +190,23 @@ impl<'a> Receivers<'a> {
             ids[..end - first].copy_from_slice(&unknown[first..end]);
             self.learn_eight(simd, ids, known);
         }
+    }
+
+    /// The unit normal of a triangle that faces the light, to the side of the light and the eye.
+    pub fn lit_normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = each(self.scene.corners(triangle), |corner| corner - self.eye);
+        let normal = unit_normal(a, b, c);
+        normal * -normal.dot(a).signum()
+    }
+
+    /// From the light to receivers; of a light at infinity a unit vector.
+    #[inline(always)]
+    pub fn rays_of_light<S: Simd>(&self, simd: S, point: &[f64x8<S>; 3]) -> V3<f32x8<S>> {
+        let [x, y, z] = each([0, 1, 2], |k| match self.light.position() {
+            Some(_) => narrow(point[k] - splat64(simd, self.light_at[k])),
+            None => f32x8::splat(simd, -self.light_at[k] as f32),
+        });
+        V3::new(x, y, z)
     }
 
     /// The ray of a pixel's receiver, for what is decided in float64.

@@ -6,6 +6,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub const TILE: usize = 64;
 pub const BLOCK: usize = 8;
 
+/// Blocks along each side of a tile.
+pub const BLOCKS: usize = TILE / BLOCK;
+
 /// Pixels of a tile.
 pub const TILE_PIXELS: usize = TILE * TILE;
 

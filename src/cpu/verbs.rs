@@ -6,23 +6,29 @@ use super::depth_image::DepthImage;
 use super::exact::exact;
 use super::forward_importance::forward_importance;
 use super::frame::{
-    BLEND_LABEL, BOUNDARY_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL, IMPORTANCE_LABEL,
-    OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL,
-    SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL,
+    BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
+    IMPORTANCE_LABEL, LOOKUP_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded,
+    SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL,
 };
 use super::importance_map::{Words, importance_map};
+use super::lookup::{LookedUp, lookup};
+use super::map::Map;
 use super::queries;
+use super::rasterize::Image;
+use super::receivers::Receivers;
 use super::shadow_edge::shadow_edge;
 use super::shadow_rays::shadow_rays;
 use super::warp_map::WarpMap;
+use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride};
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
-use crate::map_settings::MapSettings;
+use crate::map_settings::{MapSettings, Rasterization};
+use crate::occlusion::shadow_by;
 use crate::projection::Projection;
-use crate::sides::Source;
+use crate::sides::{Source, sides_for_float32, triangles_at_light};
 use crate::stats::ReceiverCounts;
 use crate::verbs::{FitQueries, Traversal, Verbs};
 use crate::warp::{Axis, CountFit};
@@ -80,11 +86,19 @@ impl<'a> ReceiverQueries<'a> for Frame<'a> {
 impl<'a> FitQueries<'a> for Frame<'a> {
     fn sampled_visibility(
         &mut self,
-        _: &SampledReceivers,
-        _: MapSettings,
-        _: Vec<Layer>,
+        samples: &SampledReceivers,
+        map: MapSettings,
+        layers: Vec<Layer>,
     ) -> Result<Vec<f32>> {
-        is_missing("maps")
+        let stride = (samples.camera.focal.x / self.camera.focal.x)
+            .recip()
+            .round() as usize;
+        let first = first_sample(self.camera, stride as u32) as usize;
+        let image = self.image().sampled(&samples.camera, first, stride);
+        let layers = layers.into_iter().map(PlannedLayer::from).collect();
+        Ok(self
+            .answer(&samples.camera, &image, map, layers)?
+            .visibility)
     }
 
     fn skip(&mut self, stage: &'static str) {
@@ -104,6 +118,67 @@ impl<'a> FitQueries<'a> for Frame<'a> {
 pub struct Analysed {
     projection: Projection,
     image: DepthImage,
+}
+
+impl Frame<'_> {
+    /// Casters into each layer, and the receivers of an image against it.
+    fn answer(
+        &mut self,
+        camera: &Camera,
+        image: &Image,
+        settings: MapSettings,
+        plans: Vec<PlannedLayer>,
+    ) -> Result<Recorded> {
+        if settings.rasterization != Rasterization::Exact {
+            return is_missing("maps with rasterization 'linear'");
+        }
+        let mut layers = Vec::new();
+        for plan in plans {
+            let light = Source::of(self.light);
+            let map = self.timed(SHADOW_MAP_LABEL, |frame| {
+                let projection = &plan.layer.projection;
+                Map::new(projection, plan.warp.as_ref(), frame.scene, light)
+            });
+            layers.push(DrawnLayer { plan, map });
+        }
+        let mut visibility = self.timed(LOOKUP_LABEL, |frame| {
+            let receivers = Receivers::new(frame.scene, image, camera, frame.light);
+            let looked = layers.iter();
+            let looked: Vec<_> = looked
+                .map(|DrawnLayer { plan, map }| {
+                    let map = (map, plan.warp.as_ref());
+                    LookedUp::new(&receivers, &plan.layer, map, settings)
+                })
+                .collect();
+            lookup(&receivers, &looked)
+        });
+        self.shadow_by_what_the_light_is_at(camera, image, &mut visibility);
+        self.stats.layers = layers.len();
+        Ok(Recorded { visibility, layers })
+    }
+}
+
+impl Frame<'_> {
+    /// Triangles that a lamp is at may shadow half of space, also what lies beside every map.
+    fn shadow_by_what_the_light_is_at(
+        &self,
+        camera: &Camera,
+        image: &Image,
+        visibility: &mut [f32],
+    ) {
+        let (scene, light) = (self.scene, self.light);
+        if light.position().is_none() {
+            return;
+        }
+        let Some(sides) = sides_for_float32(scene, light, camera.eye) else {
+            return;
+        };
+        let casters = triangles_at_light(scene, light, camera.eye, &sides);
+        if !casters.is_empty() {
+            let view = (scene, camera, light);
+            shadow_by(&casters, view, &image.triangle_ids(), visibility);
+        }
+    }
 }
 
 impl Recorded {
@@ -128,8 +203,12 @@ impl<'a> Verbs<'a> for Frame<'a> {
     type Values = Words;
     type Analysed = Analysed;
 
-    fn shadows(&mut self, _: MapSettings, _: Vec<PlannedLayer>) -> Result<Recorded> {
-        is_missing("maps")
+    fn shadows(&mut self, map: MapSettings, layers: Vec<PlannedLayer>) -> Result<Recorded> {
+        let seen = self.seen.clone();
+        if layers.is_empty() {
+            self.skip(SHADOW_MAP_LABEL);
+        }
+        self.answer(self.camera, &seen.image, map, layers)
     }
 
     fn facing_count(&self) -> u32 {
@@ -190,15 +269,13 @@ impl<'a> Verbs<'a> for Frame<'a> {
     fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
         let light = Source::of(self.light);
         let image = self.timed(SHADOW_MAP_LABEL, |frame| {
-            DepthImage::new(&layer.projection, frame.scene, light)
+            let projection = &layer.projection;
+            DepthImage::new(&Map::new(projection, None, frame.scene, light), projection)
         });
-        match image {
-            Some(image) => Ok(Analysed {
-                projection: layer.projection,
-                image,
-            }),
-            None => is_missing("paraboloids"),
-        }
+        Ok(Analysed {
+            projection: layer.projection,
+            image,
+        })
     }
 
     fn shadow_edges(

@@ -133,6 +133,23 @@ impl View {
     }
 }
 
+/// The faces of a cube around a position: each axis up, and down. They have so many columns and rows.
+pub fn cube_views(position: DVec3, light: Source, side: usize) -> impl Iterator<Item = View> {
+    (0..6).map(move |face| {
+        let axis = |k: usize| DVec3::AXES[(face / 2 + k) % 3];
+        let ahead = if face % 2 == 1 { -axis(0) } else { axis(0) };
+        View {
+            origin: position,
+            rows: [axis(1), axis(2), ahead].map(|axis| axis.extend(0.0)),
+            nearness: Nearness::Inverse,
+            width: side,
+            height: side,
+            seen: (0.0, f64::INFINITY),
+            light: Some(light),
+        }
+    })
+}
+
 /// The edges and the nearness of a triangle as linear functions of (column, row, 1), relative to a place.
 #[derive(Debug, Clone, Copy)]
 pub struct Planes {

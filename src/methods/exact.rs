@@ -57,8 +57,6 @@ impl ShadowMethod for Exact {
     const CITATION: &'static str = "Johnson, G., Lee, J., Burns, C., and Mark, W. 2005. The \
          irregular Z-buffer. ACM Transactions on Graphics 24(4).";
 
-    const IS_ON_CPU: bool = true;
-
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         view.exact(|view| {
             let layers = self.fit(view)?.into_iter();

@@ -1,6 +1,6 @@
 //! What a method is.
 
-use super::schema::{ParameterGroup, Schema};
+use super::schema::{ParameterGroup, Parameters, Schema};
 use crate::error::Result;
 use crate::fits::layer::Layer;
 use crate::map_settings::MapSettings;
@@ -26,7 +26,7 @@ pub trait ShadowMethod: ParameterGroup {
     }
 
     /// Whether the CPU engine has all of the method's verbs.
-    const IS_ON_CPU: bool = false;
+    const IS_ON_CPU: bool = true;
 
     /// Records the method's passes.
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded>;
@@ -40,6 +40,19 @@ pub fn mapped_shadows<'a, V: Verbs<'a>>(
 ) -> Result<V::Recorded> {
     let layers = layers.into_iter().map(LayerOf::<V>::from).collect();
     view.shadows(map, layers)
+}
+
+impl Description {
+    /// What of the method has no form on the CPU engine, if anything, in words; with `parameters` they count.
+    pub fn lack_on_cpu(&self, parameters: Option<&Parameters>) -> Option<String> {
+        let is_linear = || parameters.is_some_and(|p| p.says("rasterization", "linear"));
+        let lack = match self.is_on_cpu {
+            false => format!("method '{}'", self.schema.name),
+            true if is_linear() => "rasterization='linear'".to_string(),
+            true => return None,
+        };
+        Some(format!("{lack} has no form on the CPU engine yet"))
+    }
 }
 
 /// What a user can ask about a method.

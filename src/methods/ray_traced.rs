@@ -33,8 +33,6 @@ impl ShadowMethod for RayTraced {
     const CITATION: &'static str =
         "Smits, B. 1998. Efficiency issues for ray tracing. Journal of Graphics Tools 3(2).";
 
-    const IS_ON_CPU: bool = true;
-
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         view.shadow_rays(self.traversal)
     }

@@ -397,6 +397,11 @@ impl Parameters {
         &self.0[name]
     }
 
+    /// Whether there is a parameter of that name with that word.
+    pub fn says(&self, name: &str, word: &str) -> bool {
+        matches!(self.0.get(name), Some(Value::Text(text)) if text == word)
+    }
+
     pub fn get<T: Typed>(&self, name: &str) -> T {
         T::typed(self.value(name))
     }

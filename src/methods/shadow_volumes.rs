@@ -29,6 +29,8 @@ impl ShadowMethod for ShadowVolumes {
     const CITATION: &'static str =
         "Crow, F. 1977. Shadow algorithms for computer graphics. SIGGRAPH 1977.";
 
+    const IS_ON_CPU: bool = false;
+
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         view.shadow_volumes()
     }

@@ -49,9 +49,9 @@ pub fn render<'py>(
     let (name, parameters) = &method;
     let py = parameters.py();
     let (device, threads) = on;
-    let engine = engine_of(py, device.as_ref(), name)?;
+    let (method, lack) = method_from_python(name, parameters)?;
+    let engine = engine_of(py, device.as_ref(), lack)?;
     let is_on_cpu = matches!(engine, Engine::Cpu);
-    let method = method_from_python(name, parameters)?;
     let outputs = Outputs::from_names(&outputs, culling)?;
     let (camera, shape) = (&camera.0, camera.shape());
     let lights: Vec<&Light> = lights.iter().map(|light| &light.0).collect();

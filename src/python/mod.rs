@@ -234,8 +234,8 @@ fn adapters(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
         .collect()
 }
 
-/// The engine that carries out a method, of a device's name or of the best there is.
-fn engine_of(py: Python, device: Option<&Bound<PyAny>>, method: &str) -> PyResult<Engine> {
+/// The engine of a device's name, or the best there is for a method that lacks something on the CPU or nothing.
+fn engine_of(py: Python, device: Option<&Bound<PyAny>>, lack: Option<String>) -> PyResult<Engine> {
     check_process()?;
     let text = |device: &Bound<PyAny>| {
         device.extract::<String>().or_else(|_| {
@@ -244,13 +244,14 @@ fn engine_of(py: Python, device: Option<&Bound<PyAny>>, method: &str) -> PyResul
         })
     };
     let device = device.map(text).transpose()?;
-    Ok(py.detach(|| Engine::choose(device.as_deref(), &Method::description(method)?))?)
+    Ok(py.detach(|| Engine::choose(device.as_deref(), lack))?)
 }
 
 #[pyfunction]
 #[pyo3(signature = (device, method))]
 fn engine(py: Python, device: Option<&Bound<PyAny>>, method: &str) -> PyResult<&'static str> {
-    Ok(match engine_of(py, device, method)? {
+    let lack = Method::description(method)?.lack_on_cpu(None);
+    Ok(match engine_of(py, device, lack)? {
         Engine::Cpu => "cpu",
         Engine::Gpu(_) => "gpu",
     })
@@ -263,7 +264,8 @@ fn device<'py>(
     device: Option<&Bound<PyAny>>,
     method: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let engine = engine_of(py, device, method)?;
+    let lack = Method::description(method)?.lack_on_cpu(None);
+    let engine = engine_of(py, device, lack)?;
     let result = adapter_to_python(py, &engine.description())?;
     match &engine {
         Engine::Gpu(gpu) => {

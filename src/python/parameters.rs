@@ -92,9 +92,15 @@ pub fn check_parameters<'py>(
     Ok(result)
 }
 
-pub fn method_from_python(name: &str, values: &Bound<PyDict>) -> PyResult<Method> {
-    let schema = Method::schema(name)?;
-    Ok(Method::new(schema, &from_python(schema, values)?)?)
+/// The method, and what it lacks on the CPU engine.
+pub fn method_from_python(
+    name: &str,
+    values: &Bound<PyDict>,
+) -> PyResult<(Method, Option<String>)> {
+    let description = Method::description(name)?;
+    let parameters = from_python(description.schema, values)?;
+    let lack = description.lack_on_cpu(Some(&parameters));
+    Ok((Method::new(description.schema, &parameters)?, lack))
 }
 
 fn from_python(schema: Schema, values: &Bound<PyDict>) -> PyResult<Parameters> {

@@ -190,13 +190,13 @@ MUTANTS = (
     ),
     Mutant(
         "choice of engine", "a software driver comes before the CPU engine", ENGINE,
-        "        if method.is_on_cpu {\n            return Ok(Self::Cpu);\n        }\n",
-        "", CHOICE,
+        "let Some(lack) = lack else {\n            return Ok(Self::Cpu);\n        };",
+        "let lack = lack.unwrap_or_default();", CHOICE,
     ),
     Mutant(
         "choice of engine", "the CPU engine takes what it has not", ENGINE,
-        "\"cpu\" if method.is_on_cpu => Ok(Self::Cpu),",
-        "\"cpu\" if method.is_on_cpu || name == \"cpu\" => Ok(Self::Cpu),", CHOICE,
+        "            \"cpu\" => match lack {",
+        "            \"cpu\" => match lack.filter(|_| false) {", CHOICE,
     ),
     Mutant(
         "twins", "an edge is computed from the triangle's own end", EDGES,

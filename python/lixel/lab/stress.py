@@ -34,7 +34,7 @@ import numpy.typing as npt
 from ..arguments import needs
 from ..compare import Comparison, compare
 from ..frame import Frame, render
-from ..methods import METHODS, Method, method_from
+from ..methods import Method, method_from
 from ..reference import Reference, reference
 from .hard_views import FAMILIES, WITHOUT_MAP, Case, cases, made, methods_for
 from .options import MORE, add_methods, add_output, keep
@@ -237,21 +237,12 @@ LIMITS: tuple[Limit, ...] = (
     ),
     Limit(
         (
-            "light on a surface, 1e-05 behind the ceiling",
             "light on a surface, 1e-07 before the wall",
-            "light on a surface, 1e-05 behind the wall",
-            "light on a surface, 1e-05 behind the corner",
             "edge-on, a lamp 1e-09 before the plane of the wall at 0 degrees",
         ),
         ("plane_optimal",),
         "A map that is even on a plane has no room for what is far from it, and such a light is in "
         "the planes of walls.",
-    ),
-    Limit(
-        ("light on a surface, 1e-05 behind the corner",),
-        ("psm",),
-        "Six pixels where the walls that hold the light meet the others, which the light sees "
-        "edge-on.",
     ),
     Limit(
         ("image, 1 x 400 pixels", "image, 3 x 500 pixels"),
@@ -263,12 +254,6 @@ LIMITS: tuple[Limit, ...] = (
         ("huge floor, 10^6 objects wide, directional light",),
         ("plane_optimal",),
         "A single pixel, where texels are narrow.",
-    ),
-    Limit(
-        ("huge floor, 10^6 objects wide, point light",),
-        tuple(name for name in METHODS if name not in WITHOUT_MAP),
-        "The bias covers the rounding of float32 over the whole of the map: as wide as the floor, "
-        "it lets light in under objects on it.",
     ),
 )
 """What a suite may meet without failing."""

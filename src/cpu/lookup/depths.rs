@@ -1,0 +1,179 @@
+//! Receivers against the depths of the texels around them.
+
+use super::{BlockLookup, OFF_MAP, RowReceivers};
+use crate::bias::Rule;
+use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat, u32x8};
+use crate::cpu::rasterize::NONE;
+use crate::cpu::warp_map::WarpMap;
+use crate::lanes::{Lane, V2};
+use crate::neighbourhood::Around;
+use crate::projection::Formulas;
+use fearless_simd::prelude::*;
+
+/// Texels along each side of a neighbourhood, at most.
+const MOST: usize = 5;
+
+/// Of the texels around each receiver of a row, a bit for each.
+pub(super) struct Seen {
+    /// That are on the map and before the receiver's surface.
+    pub texels: [u32; LANES],
+    /// Of these, that hold something before the receiver's plane.
+    pub nearer: [u32; LANES],
+    /// That hold a triangle which was seen before, where that is known.
+    pub known: [Option<u32>; LANES],
+    /// The receivers that have another triangle than their own around them.
+    pub strangers: u32,
+}
+
+impl<S: Simd> BlockLookup<'_, S> {
+    /// Depths of the texels around, and which receivers of the row are still to be tested against the triangles there.
+    #[inline(always)]
+    pub(super) fn compare(
+        &mut self,
+        kind: &impl Formulas<f32x8<S>>,
+        rule: &Rule<f32x8<S>>,
+        row: &RowReceivers<S>,
+        i: usize,
+    ) -> u32 {
+        let comparison = self.layer.comparison;
+        let reach = usize::from(comparison.reach);
+        let mut seen = self.look_beside(kind, rule, row, i);
+        self.look_across_seams(kind, rule, row, i, &mut seen);
+        let aside = row.place - row.middle - V2::splat(splat(self.simd, 0.5));
+        let (x, y): ([f32; LANES], [f32; LANES]) = (aside.x.into(), aside.y.into());
+        let mut left = 0;
+        for lane in bits(mask_bits(row.on_map)) {
+            let (texels, nearer) = (seen.texels[lane], seen.nearer[lane]);
+            if texels == 0 {
+                continue;
+            }
+            let is_behind = comparison.depths && nearer != 0 && {
+                let known = seen.known[lane].unwrap_or_else(|| self.known_texels(i, lane).0);
+                let around = Around {
+                    reach,
+                    texels,
+                    nearer,
+                    known,
+                };
+                around.is_behind([x[lane], y[lane]])
+            };
+            self.lit[i][lane] = f32::from(u8::from(!is_behind));
+            left |= u32::from(!is_behind) << lane;
+        }
+        left & seen.strangers
+    }
+
+    /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.
+    #[inline(always)]
+    fn columns_and_rows(&self, row: &RowReceivers<S>) -> [V2<f32x8<S>>; MOST] {
+        let (simd, layer) = (self.simd, self.layer);
+        let reach = f32::from(layer.comparison.reach);
+        let mut middles = [row.middle; MOST];
+        let functions = layer.warp.map(|WarpMap { warp, inverses }| {
+            warp.functions_of_texel(inverses, layer.size.x as usize, row.middle)
+        });
+        let (zero, size) = (splat(simd, 0.0), self.v2(layer.size));
+        let last = self.v2(layer.size - 1.0);
+        let side = 2 * usize::from(layer.comparison.reach) + 1;
+        for (i, middle) in middles.iter_mut().enumerate().take(side) {
+            let texel = row.middle.map(|texel| texel + (i as f32 - reach));
+            *middle = match (layer.warp, functions) {
+                (Some(WarpMap { warp, inverses }), Some(functions)) => {
+                    let texel = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+                    let texels = layer.size.x as usize;
+                    let linear = warp.linear_by_functions(inverses, texels, functions, texel);
+                    linear.zip(size, |v, size| v * size)
+                }
+                _ => texel.map(|texel| texel + 0.5),
+            };
+        }
+        middles
+    }
+
+    /// The receivers' own texels and those beside them that are of the same patch.
+    #[inline(always)]
+    fn look_beside(
+        &mut self,
+        kind: &impl Formulas<f32x8<S>>,
+        rule: &Rule<f32x8<S>>,
+        row: &RowReceivers<S>,
+        i: usize,
+    ) -> Seen {
+        let simd = self.simd;
+        let has_triangles = self.layer.comparison.triangles;
+        let side = 2 * usize::from(self.layer.comparison.reach) + 1;
+        let reach = f32::from(self.layer.comparison.reach);
+        let middles = self.columns_and_rows(row);
+        let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));
+        let [low, high] = row.patch;
+        let (empty, own) = (
+            u32x8::simd_from(simd, 0),
+            u32x8::simd_from(simd, self.block.ids[i]),
+        );
+        let off = u32x8::simd_from(simd, OFF_MAP);
+        let (mut texels, mut nearer) = (empty, empty);
+        let mut strangers = 0;
+        for k in 0..side * side {
+            let (dx, dy) = (k % side, k / side);
+            let texel = V2::new(
+                row.middle.x + (dx as f32 - reach),
+                row.middle.y + (dy as f32 - reach),
+            );
+            let is_beside = match 2 * k + 1 == side * side {
+                true => mask32x8::from_bitmask(simd, 0xff),
+                false => is_within(texel.x, low.x, high.x) & is_within(texel.y, low.y, high.y),
+            };
+            let index = self.index(texel.zip(last, |texel, last| Lane::clamp(texel, zero, last)));
+            let step = self.step_to(row, V2::new(middles[dx].x, middles[dy].y));
+            let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
+            let is_nearer = Lane::less(self.stored(index), depth);
+            let is_before = row.plane.is_before_surface(kind, &row.bias, step);
+            let counts = is_beside & row.on_map & is_before;
+            let bit = u32x8::simd_from(simd, 1 << k);
+            texels |= counts.select(bit, empty);
+            nearer |= (counts & is_nearer).select(bit, empty);
+            if has_triangles {
+                let found = u32x8::simd_from(simd, self.triangles(index));
+                let found = is_beside.select(found, off);
+                self.work.ids[i][k] = found.into();
+                strangers |= mask_bits(!(found.simd_eq(own) | found.simd_ge(off)));
+            }
+        }
+        Seen {
+            texels: texels.into(),
+            nearer: nearer.into(),
+            known: [(!has_triangles).then_some(u32::MAX); LANES],
+            strangers,
+        }
+    }
+
+    /// The texels around a receiver that hold a triangle which follows itself along the row, or begins the row before;
+    /// and the triangle that was seen last.
+    #[inline(always)]
+    pub(super) fn known_texels(&self, i: usize, lane: usize) -> (u32, u32) {
+        let side = 2 * usize::from(self.layer.comparison.reach) + 1;
+        let mut known = 0;
+        let (mut previous, mut first_of_row) = (NONE, NONE);
+        for y in 0..side {
+            let above = first_of_row;
+            for x in 0..side {
+                let place = y * side + x;
+                let id = self.work.ids[i][place][lane];
+                if id == OFF_MAP {
+                    continue;
+                }
+                known |= u32::from(id == previous || id == above) << place;
+                previous = id;
+                if x == 0 {
+                    first_of_row = id;
+                }
+            }
+        }
+        (known, previous)
+    }
+}
+
+#[inline(always)]
+fn is_within<S: Simd>(texel: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> mask32x8<S> {
+    Lane::at_most(low, texel) & Lane::at_most(texel, high)
+}

@@ -1,0 +1,339 @@
+//! The shadow test of every receiver: against what the texels around it hold, as `shaders/lookup.wgsl` does and says.
+//!
+//! Depths are compared eight receivers of a row at once. The triangles that the texels around the receivers of a block
+//! hold are set up once for the block, as the triangles of a cell are in `caster_tests`, and what float32 leaves open is
+//! decided in float64.
+
+mod depths;
+mod filter;
+mod row;
+mod seams;
+mod triangles;
+
+use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask32x8, splat, u32x8};
+use super::light_space::LightSpace;
+use super::map::Map;
+use super::rasterize::NONE;
+use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
+use super::tiles::{BLOCK, TILE, TILE_PIXELS};
+use super::warp_map::WarpMap;
+use crate::bias::{Bias, Plane, Rule};
+use crate::fits::layer::Layer;
+use crate::lanes::{Lane, V2, V3};
+use crate::map_settings::{Comparison, MapSettings, position_rounding};
+use crate::projection::{KindVisitor, LaneKind};
+use fearless_simd::prelude::*;
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Texels around a receiver, at most.
+const MOST: usize = 25;
+
+/// In place of a triangle: a texel beside the map. `NONE` comes after it.
+const OFF_MAP: u32 = NONE - 1;
+
+/// A layer to look up.
+pub struct LookedUp<'a> {
+    space: LightSpace,
+    map: &'a Map,
+    warp: Option<&'a WarpMap>,
+    /// Where the map's views see points from the eye.
+    seen: Vec<ViewFromEye>,
+    comparison: Comparison,
+    rule: Rule<f64>,
+    /// What rounding may move a position across its surface, world units.
+    margin: f32,
+    size: DVec2,
+    centre: DVec2,
+}
+
+impl<'a> LookedUp<'a> {
+    pub fn new(
+        receivers: &Receivers,
+        layer: &Layer,
+        (map, warp): (&'a Map, Option<&'a WarpMap>),
+        settings: MapSettings,
+    ) -> Self {
+        let projection = &layer.projection;
+        let space = LightSpace::new(layer, receivers.eye);
+        let rounding = position_rounding(projection, receivers.eye);
+        let bias = settings.bias.depth_bias(projection, rounding);
+        // Depths are in the projection's unit. So is the growth of a beam.
+        let rule = Rule {
+            constant: bias.constant * space.unit,
+            slope: bias.slope,
+            beam: bias.beam,
+            rounding: bias.rounding * space.unit,
+            receiver_plane: f64::from(u8::from(bias.receiver_plane)),
+        };
+        Self {
+            space,
+            map,
+            warp,
+            seen: map
+                .views
+                .iter()
+                .map(|seen| ViewFromEye::new(&seen.view, receivers.eye))
+                .collect(),
+            comparison: settings.lookup,
+            rule,
+            margin: rounding as f32,
+            size: DVec2::new(f64::from(projection.width), f64::from(projection.height)),
+            centre: projection.centre,
+        }
+    }
+}
+
+/// 1 lit, 0 in shadow, in between with a filter, NaN where nothing is seen, row by row. What no layer says anything of is
+/// lit.
+pub fn lookup(receivers: &Receivers, layers: &[LookedUp]) -> Vec<f32> {
+    let width = receivers.image.tiling.width;
+    let mut visibility = vec![0.0; width * receivers.image.tiling.height];
+    let rows = visibility.par_chunks_mut(width * BLOCK).enumerate();
+    rows.for_each(|(i, rows)| {
+        dispatch!(level(), simd => answer_rows(simd, receivers, layers, i * BLOCK, rows));
+    });
+    visibility
+}
+
+#[inline(always)]
+fn answer_rows<S: Simd>(
+    simd: S,
+    receivers: &Receivers,
+    layers: &[LookedUp],
+    y: usize,
+    rows: &mut [f32],
+) {
+    let mut known = KnownPlanes::default();
+    let mut block = BlockReceivers::none(simd);
+    let mut at_hand: Vec<_> = layers.iter().map(|_| KnownCovectors::default()).collect();
+    let mut work = Work::new(simd);
+    for x in (0..receivers.image.tiling.width).step_by(BLOCK) {
+        let mut lit = [[0.0; LANES]; BLOCK];
+        if receivers.block(simd, (x, y), 0..BLOCK, &mut known, &mut block) {
+            for (lit, &facing) in lit.iter_mut().zip(&block.facing) {
+                for i in bits(facing) {
+                    lit[i] = 1.0;
+                }
+            }
+            for (layer, at_hand) in layers.iter().zip(&mut at_hand) {
+                let masks = layer.space.masks(simd, &block);
+                if masks != [0; BLOCK] {
+                    layer.space.kind.visit(BlockLookup {
+                        simd,
+                        receivers,
+                        layer,
+                        block: &block,
+                        masks: &masks,
+                        pixel: (x, y),
+                        at_hand,
+                        work: &mut work,
+                        lit: &mut lit,
+                    });
+                }
+            }
+        }
+        receivers.image.write(rows, (x, y), &lit);
+    }
+}
+
+/// A plane's unit normal to the side of the light, in the world and as a covector of projection space.
+#[derive(Clone, Copy)]
+struct Covector {
+    triangle: u32,
+    values: [f32; 6],
+}
+
+/// Those of triangles that were asked for before.
+struct KnownCovectors([Covector; KNOWN]);
+
+const KNOWN: usize = 32;
+
+impl Default for KnownCovectors {
+    fn default() -> Self {
+        let none = Covector {
+            triangle: NONE,
+            values: [0.0; 6],
+        };
+        Self([none; KNOWN])
+    }
+}
+
+impl KnownCovectors {
+    #[inline(always)]
+    fn get(&mut self, receivers: &Receivers, space: &LightSpace, triangle: u32) -> &[f32; 6] {
+        let known = &mut self.0[triangle as usize % KNOWN];
+        if known.triangle != triangle {
+            let normal = receivers.lit_normal(triangle);
+            let (world, turned) = (normal.as_vec3(), space.covector(normal));
+            *known = Covector {
+                triangle,
+                values: [world.x, world.y, world.z, turned.x, turned.y, turned.z],
+            };
+        }
+        &known.values
+    }
+}
+
+/// Room for what is found in a block.
+struct Work<S: Simd> {
+    /// The triangles around the receivers of each row.
+    ids: [[[u32; LANES]; MOST]; BLOCK],
+    candidates: Vec<u32>,
+    places: BlockPlaces<S>,
+}
+
+impl<S: Simd> Work<S> {
+    fn new(simd: S) -> Self {
+        Self {
+            ids: [[[NONE; LANES]; MOST]; BLOCK],
+            candidates: Vec::new(),
+            places: BlockPlaces::none(simd),
+        }
+    }
+}
+
+struct BlockLookup<'a, S: Simd> {
+    simd: S,
+    receivers: &'a Receivers<'a>,
+    layer: &'a LookedUp<'a>,
+    block: &'a BlockReceivers<S>,
+    /// The receivers that the layer is for.
+    masks: &'a [u32; BLOCK],
+    /// The block's first one.
+    pixel: (usize, usize),
+    at_hand: &'a mut KnownCovectors,
+    work: &'a mut Work<S>,
+    lit: &'a mut [[f32; LANES]; BLOCK],
+}
+
+/// Eight receivers in a layer.
+struct RowReceivers<S: Simd> {
+    plane: Plane<f32x8<S>>,
+    bias: Bias<f32x8<S>>,
+    from_light: V3<f32x8<S>>,
+    /// Their own place in the map, in centred texels.
+    own: V2<f32x8<S>>,
+    /// Where their lookup begins, and the texel that holds it.
+    place: V2<f32x8<S>>,
+    middle: V2<f32x8<S>>,
+    /// The same before the warp, from 0 to 1 along each side, and the functions that warp it.
+    linear: V2<f32x8<S>>,
+    functions: V2<f32x8<S>>,
+    /// First and last texel that they take places to side by side: all of the map, if it is not torn.
+    patch: [V2<f32x8<S>>; 2],
+    /// Those on the map.
+    on_map: mask32x8<S>,
+}
+
+impl<S: Simd> KindVisitor for BlockLookup<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn visit<K: LaneKind>(mut self, kind: &K) {
+        let zero = splat(self.simd, 0.0);
+        let kind = kind.in_lanes(self.layer.space.unit, zero);
+        let constant = |v: f64| zero.constant(v);
+        let Rule {
+            constant: even,
+            slope,
+            beam,
+            rounding,
+            receiver_plane,
+        } = self.layer.rule;
+        let rule = Rule {
+            constant: constant(even),
+            slope: constant(slope),
+            beam: constant(beam),
+            rounding: constant(rounding),
+            receiver_plane: constant(receiver_plane),
+        };
+        let mut left = [0; BLOCK];
+        for (i, left) in left.iter_mut().enumerate() {
+            if self.masks[i] != 0 {
+                let row = self.row(&kind, &rule, i);
+                match self.layer.comparison.filter {
+                    None => *left = self.compare(&kind, &rule, &row, i),
+                    Some(filter) => self.filter(&kind, &rule, &row, i, filter),
+                }
+            }
+        }
+        if left != [0; BLOCK] {
+            self.test_triangles(&mut left);
+        }
+    }
+}
+
+impl<S: Simd> BlockLookup<'_, S> {
+    #[inline(always)]
+    fn v2(&self, v: DVec2) -> V2<f32x8<S>> {
+        V2::new(splat(self.simd, v.x as f32), splat(self.simd, v.y as f32))
+    }
+
+    /// The warp, where it tears the map between its functions.
+    #[inline(always)]
+    fn tearing_warp(&self) -> Option<&WarpMap> {
+        self.layer.warp.filter(|warp| warp.warp.functions > 1)
+    }
+
+    /// The middle of a texel before the warp, in texels.
+    #[inline(always)]
+    fn linear_middle(&self, texel: V2<f32x8<S>>) -> V2<f32x8<S>> {
+        match self.layer.warp {
+            None => texel + V2::splat(splat(self.simd, 0.5)),
+            Some(WarpMap { warp, inverses }) => {
+                let side = self.layer.size.x as usize;
+                let linear = warp.linear_from_texel(inverses, side, texel);
+                linear.zip(self.v2(self.layer.size), |v, size| v * size)
+            }
+        }
+    }
+
+    /// From the receivers to a place before the warp, in texels.
+    #[inline(always)]
+    fn step_to(&self, row: &RowReceivers<S>, place: V2<f32x8<S>>) -> V2<f32x8<S>> {
+        place - self.v2(self.layer.centre) - row.own
+    }
+
+    /// Which places are on the map. Rounding may move a receiver at the border.
+    #[inline(always)]
+    fn is_on_map(&self, place: V2<f32x8<S>>) -> mask32x8<S> {
+        let half = splat(self.simd, 0.5);
+        let off = place.zip(self.v2(self.layer.size), |place, size| {
+            Lane::abs(place - size * half) - size * half
+        });
+        Lane::at_most(Lane::max(off.x, off.y), half)
+    }
+
+    /// Depths that texels hold.
+    #[inline(always)]
+    fn stored(&self, index: [u32; LANES]) -> f32x8<S> {
+        let mut stored = [0.0; LANES];
+        for (stored, index) in stored.iter_mut().zip(index) {
+            *stored = self.layer.map.depths[index as usize];
+        }
+        f32x8::simd_from(self.simd, stored)
+    }
+
+    /// Triangles that texels hold.
+    #[inline(always)]
+    fn triangles(&self, index: [u32; LANES]) -> [u32; LANES] {
+        let mut ids = [NONE; LANES];
+        for (id, index) in ids.iter_mut().zip(index) {
+            *id = self.layer.map.image.triangles[index as usize];
+        }
+        ids
+    }
+
+    /// Where a texel is in the map's memory.
+    #[inline(always)]
+    fn index(&self, texel: V2<f32x8<S>>) -> [u32; LANES] {
+        let (x, y): (u32x8<S>, u32x8<S>) = (texel.x.to_int(), texel.y.to_int());
+        let columns = self.layer.map.image.tiling.columns as u32;
+        let shift = TILE.ilog2();
+        let tile = (y >> shift) * columns + (x >> shift);
+        let last = TILE as u32 - 1;
+        let index = tile * TILE_PIXELS as u32 + ((y & last) << shift) + (x & last);
+        index.into()
+    }
+}

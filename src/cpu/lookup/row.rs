@@ -1,0 +1,147 @@
+//! Where the lookups of a row's receivers begin, as in `shaders/lib/lookup_place.wgsl`, which argues for it.
+
+use super::{BlockLookup, RowReceivers};
+use crate::bias::{Plane, Rule};
+use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
+use crate::cpu::warp_map::WarpMap;
+use crate::lanes::{Lane, V2, V3};
+use crate::projection::Formulas;
+use fearless_simd::prelude::*;
+
+impl<S: Simd> BlockLookup<'_, S> {
+    /// The receivers of a row.
+    #[inline(always)]
+    pub(super) fn row(
+        &mut self,
+        kind: &impl Formulas<f32x8<S>>,
+        rule: &Rule<f32x8<S>>,
+        i: usize,
+    ) -> RowReceivers<S> {
+        let (simd, space) = (self.simd, &self.layer.space);
+        let point = &self.block.points[i];
+        let (normal, covector) = self.normals(i);
+        let from_light = self.receivers.rays_of_light(simd, point);
+        let q = space.projected(simd, point);
+        let plane = Plane {
+            q,
+            normal: covector,
+        };
+        let bias = rule.bias_of_receiver(kind, &plane, normal, from_light);
+        let own = kind.centred_texel_from_projected(q);
+        let (size, centre) = (self.v2(self.layer.size), self.v2(self.layer.centre));
+        let (zero, half) = (splat(simd, 0.0), splat(simd, 0.5));
+        let mask = mask32x8::from_bitmask(simd, u64::from(self.masks[i]));
+        let on_map = self.is_on_map(own + centre) & mask;
+        let is_edge_on = bias.is_edge_on & on_map;
+        let mut start = own + centre;
+        let mut outward = V2::splat(zero);
+        if mask_bits(is_edge_on) != 0 {
+            // Off the surface by what rounding may hide, and by half a texel: then the middle of the texel is outside.
+            outward = kind.height_slope(covector, q);
+            let aside = space.turned(simd, normal * splat(simd, self.layer.margin));
+            let beside = kind.centred_texel_from_projected(q + aside) + centre;
+            start = start.zip(beside, |at, beside| Lane::select(is_edge_on, beside, at));
+        }
+        let last = size.map(|size| size - splat(simd, 1.0));
+        let mut row = RowReceivers {
+            plane,
+            bias,
+            from_light,
+            own,
+            place: start,
+            middle: start,
+            linear: start.zip(size, |start, size| start / size),
+            functions: V2::splat(zero),
+            patch: [V2::splat(zero), last],
+            on_map,
+        };
+        if let Some(WarpMap { warp, .. }) = self.layer.warp {
+            let (warped, functions) = warp.warped_from_linear(row.linear);
+            row.place = warped.zip(size, |warped, size| warped * size);
+            row.functions = functions;
+            if warp.functions > 1 {
+                row.patch = warp.patch_of(functions, self.layer.size.x as usize);
+            }
+        }
+        let aside = outward.map(|v| {
+            let sign = Lane::select(Lane::less(zero, v), half, zero);
+            Lane::select(Lane::less(v, zero), -half, sign)
+        });
+        row.place = row.place.zip(aside, |place, aside| {
+            place + Lane::select(is_edge_on, aside, zero)
+        });
+        let whole = row
+            .place
+            .map(|place| Lane::select(on_map, Lane::floor(place), zero));
+        let [low, high] = row.patch;
+        let within = V2::new(
+            Lane::clamp(whole.x, low.x, high.x),
+            Lane::clamp(whole.y, low.y, high.y),
+        );
+        row.middle = within.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+        if self.layer.comparison.reach == 0 {
+            self.ask_across(&mut row, whole - within);
+        }
+        row
+    }
+
+    /// Alone, a texel may lie on the inner side of an edge-on surface: then the one across the seam is asked.
+    #[inline(always)]
+    fn ask_across(&self, row: &mut RowReceivers<S>, outside: V2<f32x8<S>>) {
+        let Some(WarpMap { warp, .. }) = self.tearing_warp() else {
+            return;
+        };
+        let (zero, one) = (splat(self.simd, 0.0), splat(self.simd, 1.0));
+        let sign = |v: f32x8<S>| {
+            let sign = Lane::select(Lane::less(zero, v), one, zero);
+            Lane::select(Lane::less(v, zero), -one, sign)
+        };
+        let is_outside = |v: f32x8<S>| Lane::less(zero, Lane::abs(v));
+        let along_x = is_outside(outside.x);
+        let is_torn_off = (along_x | is_outside(outside.y)) & row.bias.is_edge_on & row.on_map;
+        if mask_bits(is_torn_off) == 0 {
+            return;
+        }
+        let side = V2::new(
+            sign(outside.x),
+            Lane::select(along_x, zero, sign(outside.y)),
+        );
+        let texels = self.layer.size.x as usize;
+        let across = warp.texel_across(row.linear, row.functions, side, texels);
+        let last = self.v2(self.layer.size - 1.0);
+        let across = across.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+        row.middle = row.middle.zip(across, |middle, across| {
+            Lane::select(is_torn_off, across, middle)
+        });
+    }
+
+    /// Of the planes of a row's receivers: unit normals in the world, and as covectors.
+    #[inline(always)]
+    fn normals(&mut self, i: usize) -> (V3<f32x8<S>>, V3<f32x8<S>>) {
+        let simd = self.simd;
+        let (receivers, space) = (self.receivers, &self.layer.space);
+        let ids = &self.block.ids[i];
+        let mask = self.masks[i];
+        let v3 = |x, y, z| V3::new(x, y, z);
+        if *ids == [ids[0]; LANES] {
+            let [x, y, z, u, v, w] = self
+                .at_hand
+                .get(receivers, space, ids[0])
+                .map(|value| splat(simd, value));
+            return (v3(x, y, z), v3(u, v, w));
+        }
+        let mut columns = [[1.0; LANES]; 6];
+        for lane in bits(mask) {
+            let values = self.at_hand.get(receivers, space, ids[lane]);
+            for (column, value) in columns.iter_mut().zip(values) {
+                column[lane] = *value;
+            }
+        }
+        let [x, y, z, u, v, w] = columns;
+        let lanes = |column| f32x8::simd_from(simd, column);
+        (
+            v3(lanes(x), lanes(y), lanes(z)),
+            v3(lanes(u), lanes(v), lanes(w)),
+        )
+    }
+}

@@ -1,0 +1,317 @@
+//! Shadow maps: which triangle each texel's ray meets first, and how deep.
+
+use super::bins::{Bins, Cover};
+use super::lanes::{LANES, Simd, dispatch, f64x8, level};
+use super::rasterize::{Image, NONE, Painter};
+use super::rays::RayTable;
+use super::receivers::{narrow, splat64};
+use super::tile_rays::TileRays;
+use super::tiles::{TILE, TILE_PIXELS, Tiling};
+use super::view::{Nearness, Place, Planes, View};
+use super::warp_map::WarpMap;
+use crate::projection::Projection;
+use crate::scene::Scene;
+use crate::sides::Source;
+use fearless_simd::prelude::*;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// Deeper than anything: of a texel that is empty.
+pub const EMPTY: f32 = 3e38;
+
+/// A layer's texels.
+pub struct Map {
+    /// What the light sees: one view, or the faces of a cube.
+    pub views: Vec<MapView>,
+    pub image: Image,
+    /// In the projection's unit, in tiles as the image is.
+    pub depths: Vec<f32>,
+}
+
+/// A view, and where it sees the scene's vertices.
+pub struct MapView {
+    pub view: View,
+    pub places: Vec<Place>,
+}
+
+impl Map {
+    pub fn new(
+        projection: &Projection,
+        warp: Option<&WarpMap>,
+        scene: &Scene,
+        light: Source,
+    ) -> Self {
+        let table = RayTable::new(projection, warp, light);
+        let faces = table.as_ref().and_then(|table| table.faces.clone());
+        let views = faces.unwrap_or_else(|| vec![view_of(projection, light)]);
+        let views: Vec<_> = views
+            .into_iter()
+            .map(|view| MapView {
+                places: view.places(scene),
+                view,
+            })
+            .collect();
+        let depths = Depths::new(projection);
+        let (image, depths) = match table {
+            None => drawn(&views[0], scene, &depths),
+            Some(table) => drawn_at_rays(&views, scene, &depths, &table),
+        };
+        Self {
+            views,
+            image,
+            depths,
+        }
+    }
+
+    /// Stored depths row by row, 1 where nothing is seen that may shadow a receiver. What is nearer than the nearest depth
+    /// is drawn at it.
+    pub fn stored_depths(&self, projection: &Projection) -> Vec<f32> {
+        let (offset, scale) = projection.depth_from_z();
+        let unit = projection.unit();
+        let stored = |depth: f32| {
+            let z = f64::from(depth) / unit;
+            match z <= projection.far {
+                true => ((z.max(projection.near) - offset) * scale) as f32,
+                false => 1.0,
+            }
+        };
+        let tiling = self.image.tiling;
+        let rows = 0..tiling.height;
+        let texels = rows.flat_map(|y| (0..tiling.width).map(move |x| tiling.index(x, y)));
+        texels.map(|texel| stored(self.depths[texel])).collect()
+    }
+}
+
+/// What a light matrix sees.
+fn view_of(projection: &Projection, light: Source) -> View {
+    let is_central = projection.kind.is_central();
+    View {
+        origin: projection.origin,
+        rows: projection
+            .homogeneous_rows()
+            .expect("it has a light matrix"),
+        nearness: match is_central {
+            true => Nearness::Inverse,
+            false => Nearness::Linear(-projection.z_axis.extend(0.0)),
+        },
+        width: projection.width as usize,
+        height: projection.height as usize,
+        // Nothing behind a light's position is seen; of parallel rays, whatever lies before the nearest depth is.
+        seen: match is_central {
+            true => (0.0, f64::INFINITY),
+            false => (f64::NEG_INFINITY, f64::INFINITY),
+        },
+        light: Some(light),
+    }
+}
+
+/// Triangles and depths of the texels, in tiles.
+type Texels = (Image, Vec<f32>);
+
+fn drawn(MapView { view, places }: &MapView, scene: &Scene, depths: &Depths) -> Texels {
+    let (painter, bins) = Painter::new(view, scene, places, Cover::Middles);
+    let tiling = painter.tiling;
+    let draw = |tile: usize, ids: &mut [u32], texels: &mut [f32; TILE_PIXELS]| {
+        let bins = bins.iter().map(|of_thread| &of_thread[tile]);
+        dispatch!(level(), simd => {
+            painter.draw_tile(simd, bins, tile, ids, texels);
+            depths.store(simd, &painter, Rays::Middles(tiling.corner(tile)), (ids, texels));
+        });
+    };
+    drawn_by(
+        tiling,
+        || (),
+        |(), tile, ids, texels| draw(tile, ids, texels),
+    )
+}
+
+fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayTable) -> Texels {
+    let painters: Vec<(Painter, Bins)> = views
+        .iter()
+        .map(|MapView { view, places }| Painter::new(view, scene, places, Cover::Whole))
+        .collect();
+    let tiling = painters[0].0.tiling;
+    let draw =
+        |rays: &mut TileRays, tile: usize, ids: &mut [u32], texels: &mut [f32; TILE_PIXELS]| {
+            ids.fill(NONE);
+            texels.fill(EMPTY);
+            table.for_each_view(tiling.corner(tile), rays, |view, rays, is_taken| {
+                let (painter, bins) = &painters[view];
+                let mut own_ids = [NONE; TILE_PIXELS];
+                let mut nearness = is_taken.map(|is_taken| match is_taken {
+                    true => f32::NEG_INFINITY,
+                    false => f32::INFINITY,
+                });
+                dispatch!(level(), simd => {
+                    painter.draw_at_rays(simd, bins, rays, (&mut own_ids, &mut nearness));
+                    depths.store(simd, painter, Rays::Table(rays), (&own_ids, &mut nearness));
+                });
+                for i in (0..TILE_PIXELS).filter(|&i| is_taken[i]) {
+                    (ids[i], texels[i]) = (own_ids[i], nearness[i]);
+                }
+            });
+        };
+    drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
+        draw(rays, tile, ids, texels)
+    })
+}
+
+/// Has each tile drawn; each thread has its own state.
+fn drawn_by<T>(
+    tiling: Tiling,
+    state: impl Fn() -> T + Sync + Send,
+    draw: impl Fn(&mut T, usize, &mut [u32], &mut [f32; TILE_PIXELS]) + Sync + Send,
+) -> Texels {
+    let mut triangles = vec![0; tiling.tiles() * TILE_PIXELS];
+    let mut texels = vec![0.0; triangles.len()];
+    let tiles = triangles.par_chunks_mut(TILE_PIXELS);
+    let tiles = tiles.zip(texels.par_chunks_mut(TILE_PIXELS)).enumerate();
+    tiles.for_each_init(state, |state, (tile, (ids, texels))| {
+        draw(state, tile, ids, texels.try_into().expect("a tile"));
+    });
+    (Image { tiling, triangles }, texels)
+}
+
+/// The rays of a tile's texels.
+#[derive(Clone, Copy)]
+enum Rays<'a> {
+    /// Through the middles of columns and rows from a corner on.
+    Middles((usize, usize)),
+    Table(&'a TileRays),
+}
+
+impl Rays<'_> {
+    /// A place near all of them, and what eight are relative to it.
+    #[inline(always)]
+    fn eight<S: Simd>(&self, simd: S, first: usize) -> (DVec2, [f64x8<S>; 2]) {
+        let wide = |v: [f32; LANES]| f64x8::simd_from(simd, v.map(f64::from));
+        match self {
+            Self::Middles((x, y)) => {
+                let column = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5];
+                let column = column.map(|c| c + (first % TILE) as f32);
+                let row = [(first / TILE) as f32 + 0.5; LANES];
+                (DVec2::new(*x as f64, *y as f64), [wide(column), wide(row)])
+            }
+            Self::Table(rays) => {
+                let (x, y) = rays.eight(simd, first);
+                let origin = DVec2::from(rays.origin.map(f64::from));
+                (origin, [wide(x.into()), wide(y.into())])
+            }
+        }
+    }
+}
+
+/// From the triangle that a texel's ray meets to how deep. It is found anew, in float64: how near the rasterizer holds
+/// a triangle to be depends on the order in which it came upon others.
+struct Depths {
+    kind: DepthKind,
+    unit: f64,
+}
+
+enum DepthKind {
+    /// One over how near.
+    Central,
+    /// The same along a face of a cube of so many columns, but distances.
+    Distance(f64),
+    /// Of rays that are nearly parallel: one over how wide they are where they cross the plane of places, as a function of
+    /// (column, row, 1), and their convergence.
+    Parallel { narrowness: DVec3, convergence: f64 },
+}
+
+/// How near a triangle is, as a function of (column, row, 1) relative to a place.
+#[derive(Clone, Copy)]
+struct KnownPlane {
+    triangle: u32,
+    nearness: DVec3,
+}
+
+/// Those of triangles that were asked for before.
+const KNOWN: usize = 64;
+
+impl Depths {
+    fn new(projection: &Projection) -> Self {
+        let kind = match projection.kind.matrices() {
+            None => DepthKind::Distance(f64::from(projection.width)),
+            Some(_) if projection.kind.is_central() => DepthKind::Central,
+            Some([_, from_texel]) => {
+                let row = from_texel.row(2);
+                let at_corner = row.z - row.truncate().dot(projection.centre);
+                DepthKind::Parallel {
+                    narrowness: row.truncate().extend(at_corner),
+                    convergence: projection.kind.convergence(),
+                }
+            }
+        };
+        let unit = projection.unit();
+        Self { kind, unit }
+    }
+
+    /// Puts depths in place of how near the texels of a tile are.
+    #[inline(always)]
+    fn store<S: Simd>(
+        &self,
+        simd: S,
+        painter: &Painter,
+        rays: Rays,
+        (ids, texels): (&[u32], &mut [f32; TILE_PIXELS]),
+    ) {
+        let none = KnownPlane {
+            triangle: NONE,
+            nearness: DVec3::ZERO,
+        };
+        let mut known = [none; KNOWN];
+        for (i, texels) in texels.chunks_exact_mut(LANES).enumerate() {
+            let ids: [u32; LANES] = ids[i * LANES..][..LANES].try_into().expect("eight");
+            if ids == [NONE; LANES] {
+                texels.fill(EMPTY);
+                continue;
+            }
+            let (origin, [x, y]) = rays.eight(simd, i * LANES);
+            let mut columns = [[0.0; LANES]; 3];
+            for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NONE) {
+                let known = &mut known[id as usize % KNOWN];
+                if known.triangle != id {
+                    let planes = Planes::new(painter.view, painter.scene, id, origin);
+                    *known = KnownPlane {
+                        triangle: id,
+                        nearness: planes.map_or(DVec3::ZERO, |planes| planes.nearness),
+                    };
+                }
+                for (column, value) in columns.iter_mut().zip(known.nearness.to_array()) {
+                    column[lane] = value;
+                }
+            }
+            let [a, b, c] = columns.map(|column| f64x8::simd_from(simd, column));
+            let nearness = x.mul_add(a, y.mul_add(b, c));
+            let depth = self.depth(simd, nearness, [x + origin.x, y + origin.y]);
+            let depth: [f32; LANES] = narrow(depth).into();
+            for (texel, (id, depth)) in texels.iter_mut().zip(ids.into_iter().zip(depth)) {
+                *texel = if id == NONE { EMPTY } else { depth };
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn depth<S: Simd>(
+        &self,
+        simd: S,
+        nearness: f64x8<S>,
+        [column, row]: [f64x8<S>; 2],
+    ) -> f64x8<S> {
+        match self.kind {
+            DepthKind::Central => splat64(simd, self.unit) / nearness,
+            DepthKind::Distance(columns) => {
+                let (x, y) = (column * (2.0 / columns) - 1.0, row * (2.0 / columns) - 1.0);
+                let length = (x * x + (y * y + 1.0)).sqrt();
+                length * self.unit / nearness
+            }
+            DepthKind::Parallel {
+                narrowness,
+                convergence,
+            } => {
+                let narrow = column * narrowness.x + (row * narrowness.y + narrowness.z);
+                nearness * -self.unit / (nearness * convergence + narrow)
+            }
+        }
+    }
+}

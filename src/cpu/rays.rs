@@ -1,0 +1,254 @@
+//! Where the rays of a map's texels lie. Every map is a table of rays: of a light matrix they are a regular grid; a warp
+//! moves each to a place of its own, and a paraboloid looks to all sides, so that its rays lie in the planes of up to six
+//! faces of a cube around the light. Triangles are drawn at the rays as at the middles of pixels, and nothing is
+//! clipped.
+
+use super::bins::{Bin, eights, ids_at, triangles_of};
+use super::lanes::{LANES, Simd, bits, f32x8, greatest, least, mask_bits, splat};
+use super::rasterize::{Painter, Tile};
+use super::shapes::{Corners, Shapes};
+use super::tile_rays::TileRays;
+use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS};
+use super::view::{Nearness, View, cube_views};
+use super::warp_map::WarpMap;
+use crate::lanes::V2;
+use crate::projection::Projection;
+use crate::sides::Source;
+use fearless_simd::prelude::*;
+use glam::{DVec2, DVec3};
+
+/// The box of a triangle that may be anywhere.
+const EVERYWHERE: [f32; 4] = [
+    f32::NEG_INFINITY,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::INFINITY,
+];
+
+impl Painter<'_> {
+    /// Draws the triangles of bins at rays into the texels that are open: what is held there is `-INFINITY`, elsewhere
+    /// `INFINITY`.
+    #[inline(always)]
+    pub fn draw_at_rays<S: Simd>(
+        &self,
+        simd: S,
+        bins: &[Vec<Bin>],
+        rays: &TileRays,
+        (ids, nearness): (&mut [u32], &mut [f32; TILE_PIXELS]),
+    ) {
+        let mut tile = Tile::new(self.view, self.scene, (0, 0), (ids, nearness));
+        tile.rays = Some(rays);
+        tile.find_farthest(simd);
+        let [x0, x1, y0, y1] = rays.tiles(self.tiling);
+        let mut near = Vec::new();
+        let mut wide = Vec::new();
+        for y in y0..=y1 {
+            for x in x0..=x1 {
+                for of_thread in bins {
+                    let bin = &of_thread[y * self.tiling.columns + x];
+                    near.extend_from_slice(&bin.near);
+                    wide.extend_from_slice(&bin.wide);
+                }
+            }
+        }
+        if (x0, y0) != (x1, y1) {
+            for list in [&mut near, &mut wide] {
+                list.sort_unstable();
+                list.dedup();
+            }
+        }
+        let rounding = 2.0 * self.view.rounding();
+        let last = (rays.side, -rays.side);
+        for (places, count) in eights(0..near.len()) {
+            let ids = ids_at(&near, places);
+            let triangles = triangles_of(self.scene, ids);
+            let corners = Corners::new(simd, self.places, triangles).relative_to(rays.origin);
+            let (x, y) = (corners.x, corners.y);
+            let misses = (splat(simd, last.0 + rounding).simd_lt(least(x))
+                | greatest(x).simd_lt(splat(simd, last.1 - rounding)))
+                | (splat(simd, last.0 + rounding).simd_lt(least(y))
+                    | greatest(y).simd_lt(splat(simd, last.1 - rounding)));
+            let meets = !mask_bits(misses) & ((1 << count) - 1);
+            if meets == 0 {
+                continue;
+            }
+            let shapes = Shapes::new(simd, &corners, rounding, rays.side);
+            let sides = [
+                (least(x) - rounding).to_array(),
+                (greatest(x) + rounding).to_array(),
+                (least(y) - rounding).to_array(),
+                (greatest(y) + rounding).to_array(),
+            ];
+            for lane in bits(meets) {
+                let sides = sides.map(|side| side[lane]);
+                match shapes.is_well_known(lane) {
+                    true => {
+                        let shape = (&shapes, lane, sides);
+                        tile.draw_at_rays::<S, false>(simd, shape, ids[lane], rays);
+                    }
+                    false => tile.draw_wide_at_rays(simd, ids[lane], rays),
+                }
+            }
+        }
+        for id in wide {
+            tile.draw_wide_at_rays(simd, id, rays);
+        }
+    }
+}
+
+impl Tile<'_> {
+    #[inline(never)]
+    fn draw_wide_at_rays<S: Simd>(&mut self, simd: S, id: u32, rays: &TileRays) {
+        let origin = DVec2::from(rays.origin.map(f64::from));
+        let seen = (self.view, self.scene);
+        let rounding = self.view.rounding();
+        if let Some(shapes) = Shapes::wide(seen, id, origin, f64::from(rays.side), rounding) {
+            simd.vectorize(
+                #[inline(always)]
+                || self.draw_at_rays::<S, true>(simd, (&shapes, 0, EVERYWHERE), id, rays),
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn draw_at_rays<S: Simd, const IS_WIDE: bool>(
+        &mut self,
+        simd: S,
+        (shapes, lane, sides): (&Shapes, usize, [f32; 4]),
+        id: u32,
+        rays: &TileRays,
+    ) {
+        self.room = self.room.max(shapes.rounding[lane]);
+        let room = shapes.rounding[lane] + self.room;
+        for by in 0..BLOCKS {
+            let farthest = f32x8::from_slice(simd, &self.farthest[by * BLOCKS..][..LANES]);
+            let near = farthest.simd_le(splat(simd, shapes.high[lane] + room));
+            let met = mask_bits(near) & rays.blocks_of_box(simd, by, sides);
+            if met == 0 {
+                continue;
+            }
+            let (touched, covered, nearest) = rays.blocks(simd, (shapes, lane), by);
+            let blocks = met & touched & mask_bits(farthest.simd_le(nearest + room));
+            for bx in bits(blocks) {
+                let rows = by * BLOCK..(by + 1) * BLOCK;
+                if covered >> bx & 1 != 0 {
+                    self.draw_block::<S, IS_WIDE, true, true>(simd, shapes, lane, id, bx, rows);
+                } else {
+                    self.draw_block::<S, IS_WIDE, false, true>(simd, shapes, lane, id, bx, rows);
+                }
+                self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+            }
+        }
+    }
+}
+
+/// How the texels of a map take their rays, where that is not by a regular grid.
+pub struct RayTable<'a> {
+    projection: &'a Projection,
+    warp: Option<&'a WarpMap>,
+    /// The faces of a cube around the light, where rays go to all sides.
+    pub faces: Option<Vec<View>>,
+}
+
+impl<'a> RayTable<'a> {
+    /// `None` where rays are a regular grid.
+    pub fn new(
+        projection: &'a Projection,
+        warp: Option<&'a WarpMap>,
+        light: Source,
+    ) -> Option<Self> {
+        let faces = projection.homogeneous_rows().is_none().then(|| {
+            let resolution = projection.width as usize;
+            cube_views(projection.origin, light, resolution)
+                .map(|view| scaled(view, resolution))
+                .collect()
+        });
+        (warp.is_some() || faces.is_some()).then_some(Self {
+            projection,
+            warp,
+            faces,
+        })
+    }
+
+    /// The places of a tile's texels before the projection's own rays, in texels.
+    fn linear_places(&self, (x, y): (usize, usize), places: &mut [DVec2]) {
+        let size = self.projection.width as usize;
+        for (i, place) in places.iter_mut().enumerate() {
+            let texel = [(x + i % TILE).min(size - 1), (y + i / TILE).min(size - 1)];
+            *place = match self.warp {
+                None => DVec2::new(texel[0] as f64, texel[1] as f64) + 0.5,
+                Some(WarpMap { warp, inverses }) => {
+                    let texel = V2::new(texel[0] as f32, texel[1] as f32);
+                    let linear = warp.linear_from_texel(inverses, size, texel);
+                    DVec2::new(f64::from(linear.x), f64::from(linear.y)) * size as f64
+                }
+            };
+        }
+    }
+
+    /// Gives the rays of a tile in the plane of each view that some of them fall in: the view's number, the rays and the
+    /// texels that have them.
+    pub fn for_each_view(
+        &self,
+        corner: (usize, usize),
+        rays: &mut TileRays,
+        mut draw: impl FnMut(usize, &TileRays, &[bool; TILE_PIXELS]),
+    ) {
+        let size = self.projection.width as usize;
+        let mut linear = [DVec2::ZERO; TILE_PIXELS];
+        self.linear_places(corner, &mut linear);
+        let is_inside = |i: usize| corner.0 + i % TILE < size && corner.1 + i / TILE < size;
+        let mut is_taken: [bool; TILE_PIXELS] = std::array::from_fn(is_inside);
+        let mut places = [[0.0; 2]; TILE_PIXELS];
+        let Some(faces) = &self.faces else {
+            for (place, linear) in places.iter_mut().zip(&linear) {
+                *place = linear.to_array();
+            }
+            if rays.set(&places, &is_taken) {
+                draw(0, rays, &is_taken);
+            }
+            return;
+        };
+        let steps = self.projection.steps();
+        let directions = linear.map(|place| {
+            let centred = place - self.projection.centre;
+            let kind = &self.projection.kind;
+            steps * DVec3::from(kind.direction_from_texel(centred.into()))
+        });
+        let face_of = directions.map(face_of);
+        for (face, view) in faces.iter().enumerate() {
+            for i in 0..TILE_PIXELS {
+                is_taken[i] = face_of[i] == face && is_inside(i);
+                if is_taken[i] {
+                    let row = |k: usize| view.rows[k].truncate().dot(directions[i]);
+                    places[i] = [row(0) / row(2), row(1) / row(2)];
+                }
+            }
+            if rays.set(&places, &is_taken) {
+                draw(face, rays, &is_taken);
+            }
+        }
+    }
+}
+
+/// The face of a cube that a direction falls in, as `Receivers::faces` counts them.
+fn face_of(direction: DVec3) -> usize {
+    let [x, y, z] = direction.abs().to_array();
+    let axis = match (y <= x && z <= x, z <= y) {
+        (true, _) => 0,
+        (false, true) => 1,
+        (false, false) => 2,
+    };
+    2 * axis + usize::from(direction[axis] < 0.0)
+}
+
+/// A face of a cube, from -1 to 1 along its sides, with so many columns and rows.
+fn scaled(view: View, resolution: usize) -> View {
+    let [x, y, ahead] = view.rows;
+    let half = 0.5 * resolution as f64;
+    debug_assert_eq!(view.nearness, Nearness::Inverse);
+    View {
+        rows: [(x + ahead) * half, (y + ahead) * half, ahead],
+        ..view
+    }
+}
