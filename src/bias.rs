@@ -24,6 +24,20 @@ pub struct Rule<L> {
     pub receiver_plane: L,
 }
 
+impl<L> Rule<L> {
+    /// The same in other numbers.
+    #[inline(always)]
+    pub fn map<M>(self, f: impl Fn(L) -> M) -> Rule<M> {
+        Rule {
+            constant: f(self.constant),
+            slope: f(self.slope),
+            beam: f(self.beam),
+            rounding: f(self.rounding),
+            receiver_plane: f(self.receiver_plane),
+        }
+    }
+}
+
 /// A receiver in the light's projection: its place and its plane's normal, a covector of projection space.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane<L> {

@@ -31,6 +31,17 @@ pub trait Lane:
     /// `yes` where the mask is set, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
+    /// 1 above zero, -1 below it, and zero.
+    #[inline(always)]
+    fn sign(self) -> Self {
+        let (zero, one) = (self.constant(0.0), self.constant(1.0));
+        Self::select(
+            zero.less(self),
+            one,
+            Self::select(self.less(zero), -one, zero),
+        )
+    }
+
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)

@@ -1,5 +1,6 @@
 //! How a shadow map is rasterized, biased and looked up, whichever engine does it.
 
+use crate::bias::Rule;
 use crate::projection::Projection;
 use crate::rounding::ROUNDING;
 use glam::DVec3;
@@ -65,6 +66,11 @@ impl Comparison {
         depths: true,
         filter: None,
     };
+
+    /// Texels along each side of what is looked at.
+    pub fn side(self) -> usize {
+        2 * usize::from(self.reach) + 1
+    }
 
     pub fn filtered(filter: Filter) -> Self {
         Self {
@@ -148,6 +154,19 @@ pub struct DepthBias {
     pub receiver_plane: bool,
     /// Bound of the rounding error of a depth, world units; none where the user gave the whole bias.
     pub rounding: f64,
+}
+
+impl DepthBias {
+    /// The same for depths in a projection's unit. So is the growth of a beam.
+    pub fn rule(&self, unit: f64) -> Rule<f64> {
+        Rule {
+            constant: self.constant * unit,
+            slope: self.slope,
+            beam: self.beam,
+            rounding: self.rounding * unit,
+            receiver_plane: f64::from(u8::from(self.receiver_plane)),
+        }
+    }
 }
 
 /// A bound of the error of a float32 position in the light's space: positions are sums of a few

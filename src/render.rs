@@ -24,6 +24,7 @@ use crate::occlusion;
 use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
+use crate::sides;
 use crate::stats::{Fact, Stats};
 use crate::warp::Warp;
 use glam::DVec2;
@@ -219,7 +220,7 @@ pub fn render(
             let lights = lights.iter();
             let rendered = lights.map(|light| {
                 let frame = cpu::Frame::new(scene, camera, light, &cache.cpu, outputs.culls)?;
-                render_on_cpu(frame, method, outputs)
+                render_on_cpu(frame, (scene, camera, light), method, outputs)
             });
             rendered.collect::<Result<_>>()?
         }
@@ -230,8 +231,28 @@ pub fn render(
     Ok(rendered)
 }
 
-fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Result<Rendered> {
-    let recorded = method.record(&mut frame)?;
+fn render_on_cpu(
+    mut frame: cpu::Frame,
+    view: (&Scene, &Camera, &Light),
+    method: &Method,
+    outputs: Outputs,
+) -> Result<Rendered> {
+    let mut recorded = method.record(&mut frame)?;
+    let (scene, camera, light) = view;
+    // What has no map knows all triangles.
+    let at_light = match recorded.layers.is_empty() {
+        true => vec![],
+        false => sides::casters_at_light(scene, light, camera.eye),
+    };
+    let reads_triangles = outputs.reads_triangles() || !at_light.is_empty();
+    let triangle_id = reads_triangles.then(|| frame.image().triangle_ids());
+    let triangle_id = triangle_id.unwrap_or_default();
+    if !at_light.is_empty() {
+        let lit = &mut recorded.visibility;
+        let (facts, milliseconds) = shadow_by(&at_light, view, &triangle_id, lit);
+        frame.stats.facts.add(unsure::LABEL, facts);
+        frame.timings.push((unsure::LABEL, milliseconds));
+    }
     let mut rendered = Rendered::default();
     for layer in recorded.layers {
         let Layer { projection, region } = layer.plan.layer;
@@ -257,16 +278,30 @@ fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Re
             warp: layer.plan.warp.map(|warp| warp.warp),
         });
     }
-    let reads_triangles = outputs.reads_triangles();
-    let triangle_id = reads_triangles.then(|| frame.image().triangle_ids());
     Ok(Rendered {
         visibility: recorded.visibility,
-        triangle_id: triangle_id.unwrap_or_default(),
+        triangle_id,
         timings: frame.timings,
         stats: frame.stats,
         adapter: Engine::Cpu.description(),
         ..rendered
     })
+}
+
+/// Shadows lit pixels by some triangles, in float64: what was counted, and milliseconds.
+fn shadow_by(
+    casters: &[u32],
+    view: (&Scene, &Camera, &Light),
+    triangle_id: &[i32],
+    lit: &mut [f32],
+) -> (Vec<Fact>, f64) {
+    let start = Instant::now();
+    let [tests, found] = occlusion::shadow_by(casters, view, triangle_id, lit);
+    let facts = vec![
+        Fact::sum("tests", tests),
+        Fact::sum("found_in_shadow", found),
+    ];
+    (facts, start.elapsed().as_secs_f64() * 1e3)
 }
 
 /// What the work makes of all items at once, or of one at a time: there may be memory for that.
@@ -451,15 +486,10 @@ fn record(
         None => Vec::new(),
     };
     if !at_light.is_empty() {
-        let start = Instant::now();
         let view = (scene, camera, light);
-        let [tests, found] = occlusion::shadow_by(at_light, view, &triangle_id, &mut lit);
-        let facts = vec![
-            Fact::sum("tests", tests),
-            Fact::sum("found_in_shadow", found),
-        ];
+        let (facts, milliseconds) = shadow_by(at_light, view, &triangle_id, &mut lit);
         frame.facts.add(unsure::LABEL, facts);
-        frame.add_time(unsure::LABEL, start.elapsed().as_secs_f64() * 1e3);
+        frame.add_time(unsure::LABEL, milliseconds);
     }
     stats.facts = frame.facts.clone();
     stats.layers = layers.len();

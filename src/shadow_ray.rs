@@ -43,12 +43,6 @@ fn greatest<L: Lane>([a, b, c]: [L; 3]) -> L {
     a.max(b).max(c)
 }
 
-#[inline(always)]
-fn sign<L: Lane>(x: L) -> L {
-    let (zero, one) = (x.constant(0.0), x.constant(1.0));
-    L::select(zero.less(x), one, L::select(x.less(zero), -one, zero))
-}
-
 /// How far rounding may move a point at a distance from the eye, seen along a ray that makes an angle with the
 /// surface; `extent` is the triangle's longest edge.
 #[inline(always)]
@@ -106,7 +100,7 @@ impl<L: Lane> LightRay<L> {
             distance = L::select(is_nearer, absolute_sum(*corner), distance);
         }
         let slope = normal.dot(self.shear.extend(one));
-        let height = above * sign(slope);
+        let height = above * slope.sign();
         // Of a sum of three coordinates, and of the normal.
         let off = room.constant(4.0) * room + room.constant(ROUNDING) * distance;
         // Near to edge-on, the room hides which side the receiver is on.

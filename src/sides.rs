@@ -152,6 +152,16 @@ pub fn triangles_at_light(scene: &Scene, light: &Light, eye: DVec3, words: &[u32
     (0..count).filter(|&t| has_side(t) && is_near(t)).collect()
 }
 
+/// The same for whoever has no use for the sides.
+pub fn casters_at_light(scene: &Scene, light: &Light, eye: DVec3) -> Vec<u32> {
+    let has_position = light.position().is_some();
+    let words = has_position.then(|| sides_for_float32(scene, light, eye));
+    let words = words.flatten();
+    words.map_or_else(Vec::new, |words| {
+        triangles_at_light(scene, light, eye, &words)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -368,6 +368,15 @@ def test_an_image_beyond_memory_is_refused(view):
             lx.render_shadows(view.scene, view.camera.resized(*size), view.light, device="cpu")
 
 
+@pytest.mark.parametrize("method", ["uniform", "rtw", "dual_paraboloid"])
+def test_a_map_beyond_memory_is_refused(method, view):
+    light = light_for(method, view)
+    large = replace(lx.METHODS[method](), resolution=32768)
+    words = r"resolution must not exceed 268435456 pixels .* got width 32768 and height 32768"
+    with pytest.raises(ValueError, match=words):
+        lx.render(view.scene, view.camera, light, large, device="cpu")
+
+
 # --- Processes ---
 
 PICTURES = """

@@ -2,7 +2,7 @@
 
 use super::importance_map::Words;
 use super::lanes::{Simd, bits, dispatch, level};
-use super::receivers::{BlockReceivers, KnownPlanes, Receivers};
+use super::receivers::Receivers;
 use super::tiles::BLOCK;
 use crate::importance::{BOUNDARY_BLOCK, Grid};
 use rayon::prelude::*;
@@ -54,18 +54,18 @@ fn mark<S: Simd>(
     marks: &mut [u8],
 ) {
     let width = receivers.image.tiling.width;
-    let mut known = KnownPlanes::default();
-    let mut block = BlockReceivers::none(simd);
-    for x in (0..width).step_by(BLOCK) {
-        if !receivers.block(simd, (x, y), 0..BLOCK, &mut known, &mut block) {
-            continue;
-        }
-        for (i, &facing) in block.facing.iter().enumerate() {
-            for lane in bits(facing) {
-                let is_lit = visibility[(y + i) * width + x + lane] > 0.5;
-                marks[i / SIDE * columns + (x + lane) / SIDE] |=
-                    if is_lit { LIT } else { SHADOWED };
+    receivers.each_block(
+        simd,
+        y,
+        #[inline(always)]
+        |x, block| {
+            for (i, &facing) in block.facing.iter().enumerate() {
+                for lane in bits(facing) {
+                    let is_lit = visibility[(y + i) * width + x + lane] > 0.5;
+                    marks[i / SIDE * columns + (x + lane) / SIDE] |=
+                        if is_lit { LIT } else { SHADOWED };
+                }
             }
-        }
-    }
+        },
+    );
 }

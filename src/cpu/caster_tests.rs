@@ -10,10 +10,9 @@ use super::lanes::{
 use super::light_grid::{
     CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
 };
-use super::rasterize::NONE;
 use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
 use super::shapes::{Corners, Shapes};
-use super::tiles::{BLOCK, TILE};
+use super::tiles::BLOCK;
 use super::view::View;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
@@ -110,7 +109,8 @@ impl Tests<'_> {
                         true => self.lit(simd, pixel, &block, &mut places, &mut beside, known),
                         false => [0; BLOCK],
                     };
-                self.write(rows, x, pixel, &lit);
+                let image = self.receivers.image;
+                image.write(rows, x, pixel, |i, j| (lit[i] >> j & 1) as f32);
             }
         }
         beside
@@ -156,22 +156,6 @@ impl Tests<'_> {
             }
         }
         lit
-    }
-
-    /// Writes a block to its place in the rows of a tile.
-    #[inline(always)]
-    fn write(&self, rows: &mut [&mut [f32]], x: usize, pixel: (usize, usize), lit: &[u32; BLOCK]) {
-        let first = self.receivers.image.tiling.index(pixel.0, pixel.1);
-        for (i, (row, lit)) in rows.iter_mut().zip(lit).enumerate() {
-            let ids = &self.receivers.image.triangles[first + i * TILE..][..BLOCK];
-            for (j, (pixel, &id)) in row[x..].iter_mut().zip(ids).enumerate() {
-                *pixel = if id == NONE {
-                    f32::NAN
-                } else {
-                    (lit >> j & 1) as f32
-                };
-            }
-        }
     }
 
     /// Which of the receivers are in shadow.

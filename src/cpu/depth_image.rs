@@ -2,7 +2,6 @@
 
 use super::map::{EMPTY, Map};
 use crate::projection::Projection;
-use rayon::prelude::*;
 
 /// Row by row.
 #[derive(Debug, Clone)]
@@ -16,16 +15,14 @@ impl DepthImage {
     pub fn new(map: &Map, projection: &Projection) -> Self {
         let tiling = map.image.tiling;
         let unit = projection.unit() as f32;
-        let texel = |i: usize| {
-            let index = tiling.index(i % tiling.width, i / tiling.width);
-            let depth = match map.depths[index] {
-                EMPTY => f32::INFINITY,
-                depth => depth / unit,
-            };
-            (depth, map.image.triangles[index])
+        let depth = |depth: f32| match depth {
+            EMPTY => f32::INFINITY,
+            depth => depth / unit,
         };
-        let texels = (0..tiling.width * tiling.height).into_par_iter();
-        let (depths, triangles) = texels.with_min_len(1 << 10).map(texel).unzip();
-        Self { depths, triangles }
+        let depths = tiling.row_by_row(&map.depths).into_iter();
+        Self {
+            depths: depths.map(depth).collect(),
+            triangles: tiling.row_by_row(&map.image.triangles),
+        }
     }
 }

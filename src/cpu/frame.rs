@@ -13,6 +13,7 @@ use crate::camera::Camera;
 use crate::error::{Result, ensure_value};
 use crate::light::Light;
 use crate::lock::Kept;
+use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::stats::{Fact, Stats};
 use crate::verbs::WarpedLayer;
@@ -112,6 +113,8 @@ pub struct Frame<'a> {
     pub(super) light: &'a Light,
     pub(super) kept: &'a KeptParts,
     pub(super) seen: Arc<Seen>,
+    /// The last samples' image.
+    pub(super) sampled: Option<Image>,
     /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
     pub(super) culls: bool,
     /// Milliseconds of each pass.
@@ -153,6 +156,7 @@ impl<'a> Frame<'a> {
             light,
             kept,
             seen,
+            sampled: None,
             culls,
             timings: Vec::new(),
             stats: Stats::new(scene),
@@ -206,13 +210,19 @@ impl<'a> Frame<'a> {
 }
 
 fn check_image(camera: &Camera) -> Result<()> {
-    let (width, height) = (camera.width as usize, camera.height as usize);
-    let pixels = Tiling::new(width, height)
-        .tiles()
-        .saturating_mul(TILE_PIXELS);
+    check_size("image size", [camera.width, camera.height])
+}
+
+/// Refuses a map that is beyond memory.
+pub(super) fn check_map(projection: &Projection) -> Result<()> {
+    check_size("resolution", [projection.width, projection.height])
+}
+
+fn check_size(name: &str, [width, height]: [u32; 2]) -> Result<()> {
+    let tiling = Tiling::new(width as usize, height as usize);
     ensure_value!(
-        pixels <= MAX_PIXELS,
-        "image size must not exceed {MAX_PIXELS} pixels on the CPU engine, each side a multiple of {TILE}, got \
+        tiling.tiles().saturating_mul(TILE_PIXELS) <= MAX_PIXELS,
+        "{name} must not exceed {MAX_PIXELS} pixels on the CPU engine, each side a multiple of {TILE}, got \
          width {width} and height {height}"
     );
     Ok(())

@@ -38,58 +38,56 @@ pub fn level_name() -> &'static str {
     known.map_or("scalar", |(_, name)| name)
 }
 
-/// Eight rows of four numbers as four columns of eight.
+/// The numbers from 0 on.
 #[inline(always)]
-pub fn columns<S: Simd>(simd: S, rows: [&[f32; 4]; LANES]) -> [f32x8<S>; 4] {
-    let low = transposed(simd, [rows[0], rows[1], rows[2], rows[3]]);
-    let high = transposed(simd, [rows[4], rows[5], rows[6], rows[7]]);
-    [
-        low[0].combine(high[0]),
-        low[1].combine(high[1]),
-        low[2].combine(high[2]),
-        low[3].combine(high[3]),
-    ]
+pub fn numbers<S: Simd>(simd: S) -> f32x8<S> {
+    f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])
 }
 
-#[inline(always)]
-fn transposed<S: Simd>(simd: S, [a, b, c, d]: [&[f32; 4]; 4]) -> [f32x4<S>; 4] {
-    let (a, b) = (f32x4::simd_from(simd, *a), f32x4::simd_from(simd, *b));
-    let (c, d) = (f32x4::simd_from(simd, *c), f32x4::simd_from(simd, *d));
-    let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
-    let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
-    [
-        ac_low.zip_low(bd_low),
-        ac_low.zip_high(bd_low),
-        ac_high.zip_low(bd_high),
-        ac_high.zip_high(bd_high),
-    ]
+macro_rules! columns {
+    ($(#[$doc:meta])* $columns:ident, $transposed:ident: $scalar:ty, $four:ident, $eight:ident) => {
+        $(#[$doc])*
+        #[inline(always)]
+        pub fn $columns<S: Simd>(simd: S, rows: [&[$scalar; 4]; LANES]) -> [$eight<S>; 4] {
+            let low = $transposed(simd, [rows[0], rows[1], rows[2], rows[3]]);
+            let high = $transposed(simd, [rows[4], rows[5], rows[6], rows[7]]);
+            [
+                low[0].combine(high[0]),
+                low[1].combine(high[1]),
+                low[2].combine(high[2]),
+                low[3].combine(high[3]),
+            ]
+        }
+
+        #[inline(always)]
+        fn $transposed<S: Simd>(simd: S, [a, b, c, d]: [&[$scalar; 4]; 4]) -> [$four<S>; 4] {
+            let (a, b) = ($four::simd_from(simd, *a), $four::simd_from(simd, *b));
+            let (c, d) = ($four::simd_from(simd, *c), $four::simd_from(simd, *d));
+            let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
+            let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
+            [
+                ac_low.zip_low(bd_low),
+                ac_low.zip_high(bd_low),
+                ac_high.zip_low(bd_high),
+                ac_high.zip_high(bd_high),
+            ]
+        }
+    };
 }
 
-/// The same of float64.
-#[inline(always)]
-pub fn columns64<S: Simd>(simd: S, rows: &[[f64; 4]; LANES]) -> [f64x8<S>; 4] {
-    let low = transposed64(simd, [&rows[0], &rows[1], &rows[2], &rows[3]]);
-    let high = transposed64(simd, [&rows[4], &rows[5], &rows[6], &rows[7]]);
-    [
-        low[0].combine(high[0]),
-        low[1].combine(high[1]),
-        low[2].combine(high[2]),
-        low[3].combine(high[3]),
-    ]
+columns! {
+    /// Eight rows of four numbers as four columns of eight.
+    columns, transposed: f32, f32x4, f32x8
+}
+columns! {
+    /// The same of float64.
+    columns64, transposed64: f64, f64x4, f64x8
 }
 
+/// References to eight rows.
 #[inline(always)]
-fn transposed64<S: Simd>(simd: S, [a, b, c, d]: [&[f64; 4]; 4]) -> [f64x4<S>; 4] {
-    let (a, b) = (f64x4::simd_from(simd, *a), f64x4::simd_from(simd, *b));
-    let (c, d) = (f64x4::simd_from(simd, *c), f64x4::simd_from(simd, *d));
-    let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
-    let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
-    [
-        ac_low.zip_low(bd_low),
-        ac_low.zip_high(bd_low),
-        ac_high.zip_low(bd_high),
-        ac_high.zip_high(bd_high),
-    ]
+pub fn each_row<T>([a, b, c, d, e, f, g, h]: &[T; LANES]) -> [&T; LANES] {
+    [a, b, c, d, e, f, g, h]
 }
 
 /// What a function makes of three things. Unlike an array's own `map` it is inlined, which code for lanes needs.

@@ -1,7 +1,8 @@
 //! Shadow maps: which triangle each texel's ray meets first, and how deep.
 
 use super::bins::{Bins, Cover};
-use super::lanes::{LANES, Simd, dispatch, f64x8, level};
+use super::known::Known;
+use super::lanes::{LANES, Simd, columns64, dispatch, each_row, f64x8, level, numbers};
 use super::rasterize::{Image, NONE, Painter};
 use super::rays::RayTable;
 use super::receivers::{narrow, splat64};
@@ -75,10 +76,8 @@ impl Map {
                 false => 1.0,
             }
         };
-        let tiling = self.image.tiling;
-        let rows = 0..tiling.height;
-        let texels = rows.flat_map(|y| (0..tiling.width).map(move |x| tiling.index(x, y)));
-        texels.map(|texel| stored(self.depths[texel])).collect()
+        let depths = self.image.tiling.row_by_row(&self.depths).into_iter();
+        depths.map(stored).collect()
     }
 }
 
@@ -187,10 +186,12 @@ impl Rays<'_> {
         let wide = |v: [f32; LANES]| f64x8::simd_from(simd, v.map(f64::from));
         match self {
             Self::Middles((x, y)) => {
-                let column = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5];
-                let column = column.map(|c| c + (first % TILE) as f32);
+                let column = numbers(simd) + ((first % TILE) as f32 + 0.5);
                 let row = [(first / TILE) as f32 + 0.5; LANES];
-                (DVec2::new(*x as f64, *y as f64), [wide(column), wide(row)])
+                (
+                    DVec2::new(*x as f64, *y as f64),
+                    [wide(column.into()), wide(row)],
+                )
             }
             Self::Table(rays) => {
                 let (x, y) = rays.eight(simd, first);
@@ -218,15 +219,8 @@ enum DepthKind {
     Parallel { narrowness: DVec3, convergence: f64 },
 }
 
-/// How near a triangle is, as a function of (column, row, 1) relative to a place.
-#[derive(Clone, Copy)]
-struct KnownPlane {
-    triangle: u32,
-    nearness: DVec3,
-}
-
-/// Those of triangles that were asked for before.
-const KNOWN: usize = 64;
+/// Of triangles that were asked for before, how near each is: a function of (column, row, 1) relative to a place.
+type KnownNearness = Known<[f64; 4], 64>;
 
 impl Depths {
     fn new(projection: &Projection) -> Self {
@@ -255,11 +249,7 @@ impl Depths {
         rays: Rays,
         (ids, texels): (&[u32], &mut [f32; TILE_PIXELS]),
     ) {
-        let none = KnownPlane {
-            triangle: NONE,
-            nearness: DVec3::ZERO,
-        };
-        let mut known = [none; KNOWN];
+        let mut known = KnownNearness::default();
         for (i, texels) in texels.chunks_exact_mut(LANES).enumerate() {
             let ids: [u32; LANES] = ids[i * LANES..][..LANES].try_into().expect("eight");
             if ids == [NONE; LANES] {
@@ -267,21 +257,15 @@ impl Depths {
                 continue;
             }
             let (origin, [x, y]) = rays.eight(simd, i * LANES);
-            let mut columns = [[0.0; LANES]; 3];
-            for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NONE) {
-                let known = &mut known[id as usize % KNOWN];
-                if known.triangle != id {
+            let mut rows = [[0.0; 4]; LANES];
+            for (row, &id) in rows.iter_mut().zip(&ids).filter(|(_, id)| **id != NONE) {
+                *row = *known.get(id, || {
                     let planes = Planes::new(painter.view, painter.scene, id, origin);
-                    *known = KnownPlane {
-                        triangle: id,
-                        nearness: planes.map_or(DVec3::ZERO, |planes| planes.nearness),
-                    };
-                }
-                for (column, value) in columns.iter_mut().zip(known.nearness.to_array()) {
-                    column[lane] = value;
-                }
+                    let nearness = planes.map_or(DVec3::ZERO, |planes| planes.nearness);
+                    nearness.extend(0.0).to_array()
+                });
             }
-            let [a, b, c] = columns.map(|column| f64x8::simd_from(simd, column));
+            let [a, b, c, _] = columns64(simd, each_row(&rows));
             let nearness = x.mul_add(a, y.mul_add(b, c));
             let depth = self.depth(simd, nearness, [x + origin.x, y + origin.y]);
             let depth: [f32; LANES] = narrow(depth).into();

@@ -13,6 +13,7 @@ mod formulas;
 mod forward_importance;
 mod frame;
 mod importance_map;
+mod known;
 pub mod lanes;
 mod light_grid;
 mod light_space;

@@ -6,8 +6,8 @@
 
 use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, least, level, mask_bits, splat,
-    u32x8,
+    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, least, level, mask_bits, numbers,
+    splat, u32x8,
 };
 use super::shapes::{Corners, Shapes};
 use super::tile_rays::TileRays;
@@ -63,33 +63,29 @@ impl Image {
         seen.count() as u32
     }
 
-    /// Writes what a block answers into eight rows, NaN where nothing is seen.
+    /// Writes the answers of a block into the rows of its tile, from a column on; NaN where nothing is seen. `lit` is asked
+    /// by the row and the column of the block.
     #[inline(always)]
-    pub fn write(&self, rows: &mut [f32], (x, y): (usize, usize), lit: &[[f32; LANES]; BLOCK]) {
-        let tiling = &self.tiling;
-        let width = BLOCK.min(tiling.width - x);
-        for (i, lit) in lit.iter().enumerate().take(tiling.height - y) {
-            let place = tiling.index(x, y + i);
-            let ids = &self.triangles[place..place + width];
-            let row = &mut rows[i * tiling.width + x..][..width];
-            for ((pixel, &id), &lit) in row.iter_mut().zip(ids).zip(lit) {
-                *pixel = if id == NONE { f32::NAN } else { lit };
+    pub fn write(
+        &self,
+        rows: &mut [&mut [f32]],
+        x: usize,
+        (first_x, first_y): (usize, usize),
+        mut lit: impl FnMut(usize, usize) -> f32,
+    ) {
+        let first = self.tiling.index(first_x, first_y);
+        for (i, row) in rows.iter_mut().enumerate() {
+            let ids = &self.triangles[first + i * TILE..][..BLOCK];
+            for (j, (pixel, &id)) in row[x..].iter_mut().zip(ids).enumerate() {
+                *pixel = if id == NONE { f32::NAN } else { lit(i, j) };
             }
         }
     }
 
     /// Of each pixel the triangle that it shows, row by row; -1 where there is none.
     pub fn triangle_ids(&self) -> Vec<i32> {
-        let Self { tiling, triangles } = self;
-        let mut ids = Vec::with_capacity(tiling.width * tiling.height);
-        for y in 0..tiling.height {
-            for x in (0..tiling.width).step_by(TILE) {
-                let first = tiling.index(x, y);
-                let of_tile = &triangles[first..first + TILE.min(tiling.width - x)];
-                ids.extend(of_tile.iter().map(|&id| id as i32));
-            }
-        }
-        ids
+        let ids = self.tiling.row_by_row(&self.triangles).into_iter();
+        ids.map(|id| id as i32).collect()
     }
 }
 
@@ -291,40 +287,44 @@ impl<'a> Tile<'a> {
             blocks &= mask_bits(farthest.simd_le(nearest + room));
             for bx in bits(blocks) {
                 let is_covered = covered >> bx & 1 != 0;
-                if is_covered {
-                    self.draw_block::<S, IS_WIDE, true, false>(
-                        simd,
-                        shapes,
-                        lane,
-                        id,
-                        bx,
-                        rows.clone(),
-                    );
-                } else {
-                    self.draw_block::<S, IS_WIDE, false, false>(
-                        simd,
-                        shapes,
-                        lane,
-                        id,
-                        bx,
-                        rows.clone(),
-                    );
-                }
-                if is_covered || rows.len() == BLOCK {
-                    self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
-                }
+                let (block, rows) = ((bx, by), rows.clone());
+                self.draw_in_block::<S, IS_WIDE, false>(
+                    simd,
+                    (shapes, lane),
+                    id,
+                    block,
+                    rows,
+                    is_covered,
+                );
             }
+        }
+    }
+
+    /// Draws into some rows of a block, which may be covered, and finds what it holds then.
+    #[inline(always)]
+    pub fn draw_in_block<S: Simd, const IS_WIDE: bool, const HAS_RAYS: bool>(
+        &mut self,
+        simd: S,
+        (shapes, lane): (&Shapes, usize),
+        id: u32,
+        (bx, by): (usize, usize),
+        rows: Range<usize>,
+        is_covered: bool,
+    ) {
+        let is_whole = is_covered || rows.len() == BLOCK;
+        if is_covered {
+            self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows);
+        } else {
+            self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows);
+        }
+        if is_whole {
+            self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
         }
     }
 
     /// Draws into some rows of a block. With `HAS_RAYS` columns and rows are those of the rays.
     #[inline(always)]
-    pub fn draw_block<
-        S: Simd,
-        const IS_WIDE: bool,
-        const IS_COVERED: bool,
-        const HAS_RAYS: bool,
-    >(
+    fn draw_block<S: Simd, const IS_WIDE: bool, const IS_COVERED: bool, const HAS_RAYS: bool>(
         &mut self,
         simd: S,
         shapes: &Shapes,
@@ -333,8 +333,7 @@ impl<'a> Tile<'a> {
         bx: usize,
         rows: Range<usize>,
     ) {
-        let x =
-            f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) + (bx * BLOCK) as f32;
+        let x = numbers(simd) + (bx * BLOCK) as f32;
         let Shapes { a, b, c, .. } = shapes;
         let edges = [
             x.mul_add(splat(simd, a[0][lane]), splat(simd, c[0][lane])),
@@ -435,7 +434,7 @@ impl<'a> Tile<'a> {
     }
 
     #[inline(always)]
-    pub fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
+    fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
         let mut least = splat(simd, f32::INFINITY);
         for row in by * BLOCK..(by + 1) * BLOCK {
             let place = row * TILE + bx * BLOCK;

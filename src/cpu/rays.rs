@@ -130,13 +130,16 @@ impl Tile<'_> {
             let (touched, covered, nearest) = rays.blocks(simd, (shapes, lane), by);
             let blocks = met & touched & mask_bits(farthest.simd_le(nearest + room));
             for bx in bits(blocks) {
-                let rows = by * BLOCK..(by + 1) * BLOCK;
-                if covered >> bx & 1 != 0 {
-                    self.draw_block::<S, IS_WIDE, true, true>(simd, shapes, lane, id, bx, rows);
-                } else {
-                    self.draw_block::<S, IS_WIDE, false, true>(simd, shapes, lane, id, bx, rows);
-                }
-                self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+                let is_covered = covered >> bx & 1 != 0;
+                let (block, rows) = ((bx, by), by * BLOCK..(by + 1) * BLOCK);
+                self.draw_in_block::<S, IS_WIDE, true>(
+                    simd,
+                    (shapes, lane),
+                    id,
+                    block,
+                    rows,
+                    is_covered,
+                );
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Receivers: where the ray of each pixel meets the plane of its triangle, in float64.
 
-use super::lanes::{LANES, Simd, bits, columns64, each, f32x8, f64x8, mask32x8, u32x8};
+use super::lanes::{LANES, Simd, bits, columns64, each, each_row, f32x8, f64x8, mask32x8, u32x8};
 use super::rasterize::{Image, NONE};
 use super::tiles::{BLOCK, TILE};
 use super::view::{Nearness, View};
@@ -300,7 +300,7 @@ impl<'a> Receivers<'a> {
         if facing == 0 {
             return None;
         }
-        let [x, y, z, height] = columns64(simd, &rows);
+        let [x, y, z, height] = columns64(simd, each_row(&rows));
         Some(([x, y, z], height, facing))
     }
 
@@ -355,7 +355,7 @@ impl<'a> Receivers<'a> {
 
 /// Whether eight pixels show the same.
 #[inline(always)]
-fn is_one<S: Simd>(simd: S, ids: &[u32; LANES]) -> bool {
+pub fn is_one<S: Simd>(simd: S, ids: &[u32; LANES]) -> bool {
     let all = u32x8::simd_from(simd, *ids);
     all.simd_eq(u32x8::simd_from(simd, ids[0])).all_true()
 }

@@ -6,7 +6,7 @@
 use super::lanes::{Simd, dispatch, level};
 use super::rasterize::{Image, NONE};
 use super::receivers::{BlockReceivers, KnownPlanes, Receivers};
-use super::tiles::{BLOCK, TILE};
+use super::tiles::{BLOCK, cut};
 use crate::bvh::{Bvh, Search, ThickRay};
 use crate::camera::Camera;
 use crate::light::Light;
@@ -33,11 +33,14 @@ pub fn shadow_rays(
         hierarchy,
         margin: RAY_ROUNDING * from_origin,
     };
-    let width = image.tiling.width;
-    let mut visibility = vec![f32::NAN; width * image.tiling.height];
-    let rows = visibility.par_chunks_mut(width * BLOCK).enumerate();
-    let count = rows
-        .map(|(i, rows)| dispatch!(level(), simd => rays.answer_rows(simd, i * BLOCK, rows)))
+    let mut visibility = vec![0.0; image.tiling.width * image.tiling.height];
+    let tiles = cut(&mut visibility, image.tiling)
+        .into_par_iter()
+        .enumerate();
+    let count = tiles
+        .map_init(KnownPlanes::default, |known, (tile, mut rows)| {
+            dispatch!(level(), simd => rays.answer_tile(simd, tile, &mut rows, known))
+        })
         .sum();
     (visibility, count)
 }
@@ -50,30 +53,32 @@ struct ShadowRays<'a> {
 }
 
 impl ShadowRays<'_> {
-    /// Answers the pixels of eight rows, and gives the number of rays.
+    /// Answers the pixels of a tile, and gives the number of rays.
     #[inline(always)]
-    fn answer_rows<S: Simd>(&self, simd: S, y: usize, rows: &mut [f32]) -> u64 {
+    fn answer_tile<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        rows: &mut [&mut [f32]],
+        known: &mut KnownPlanes,
+    ) -> u64 {
         let image = self.receivers.image;
-        let width = image.tiling.width;
-        let mut known = KnownPlanes::default();
+        let corner = image.tiling.corner(tile);
         let mut block = BlockReceivers::none(simd);
         let mut blocker = NONE;
         let mut count = 0;
-        for x in (0..width).step_by(BLOCK) {
-            self.receivers
-                .block(simd, (x, y), 0..BLOCK, &mut known, &mut block);
-            let first = image.tiling.index(x, y);
-            for (i, row) in rows.chunks_mut(width).enumerate() {
-                let ids = &image.triangles[first + i * TILE..][..BLOCK];
-                for (j, (pixel, &id)) in row[x..].iter_mut().zip(ids).enumerate() {
-                    if id == NONE {
-                        continue;
-                    }
+        for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
+            for x in (0..rows[0].len()).step_by(BLOCK) {
+                let (left, top) = (corner.0 + x, corner.1 + i * BLOCK);
+                self.receivers
+                    .block(simd, (left, top), 0..BLOCK, known, &mut block);
+                image.write(rows, x, (left, top), |i, j| {
                     let faces_light = block.facing[i] >> j & 1 != 0;
                     count += u64::from(faces_light);
-                    let is_lit = faces_light && self.is_lit((x + j, y + i), id, &mut blocker);
-                    *pixel = f32::from(u8::from(is_lit));
-                }
+                    let pixel = (left + j, top + i);
+                    let is_lit = faces_light && self.is_lit(pixel, block.ids[i][j], &mut blocker);
+                    f32::from(u8::from(is_lit))
+                });
             }
         }
         count

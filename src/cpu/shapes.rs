@@ -1,6 +1,8 @@
 //! Triangles as the lanes test them: eight are set up at once, or one in float64.
 
-use super::lanes::{EPSILON, LANES, Simd, columns, each, f32x8, greatest, least, mask_bits, splat};
+use super::lanes::{
+    EPSILON, LANES, Simd, columns, each, f32x8, greatest, least, mask_bits, numbers, splat,
+};
 use super::tiles::BLOCK;
 use super::view::{Place, Planes, View};
 use crate::scene::Scene;
@@ -251,8 +253,7 @@ impl Shapes {
     /// for sure, and how near it comes in each. A block reaches `side` from its first column and row.
     #[inline(always)]
     pub fn blocks<S: Simd>(&self, simd: S, lane: usize, row: f32, side: f32) -> Blocks<S> {
-        let column =
-            f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) * BLOCK as f32;
+        let column = numbers(simd) * BLOCK as f32;
         let mut least_of_all = splat(simd, f32::INFINITY);
         let mut greatest_of_all = splat(simd, f32::INFINITY);
         for i in 0..3 {

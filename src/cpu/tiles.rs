@@ -43,6 +43,18 @@ impl Tiling {
         tile * TILE_PIXELS + y % TILE * TILE + x % TILE
     }
 
+    /// What lies in tiles, row by row.
+    pub fn row_by_row<T: Copy>(&self, tiled: &[T]) -> Vec<T> {
+        let mut rows = Vec::with_capacity(self.width * self.height);
+        for y in 0..self.height {
+            for x in (0..self.width).step_by(TILE) {
+                let first = self.index(x, y);
+                rows.extend_from_slice(&tiled[first..first + TILE.min(self.width - x)]);
+            }
+        }
+        rows
+    }
+
     /// The first pixel of a tile.
     pub fn corner(&self, tile: usize) -> (usize, usize) {
         (tile % self.columns * TILE, tile / self.columns * TILE)

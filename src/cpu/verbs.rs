@@ -8,7 +8,7 @@ use super::forward_importance::forward_importance;
 use super::frame::{
     BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
     IMPORTANCE_LABEL, LOOKUP_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded,
-    SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL,
+    SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL, check_map,
 };
 use super::importance_map::{Words, importance_map};
 use super::lookup::{LookedUp, lookup};
@@ -26,9 +26,8 @@ use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride};
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::{MapSettings, Rasterization};
-use crate::occlusion::shadow_by;
 use crate::projection::Projection;
-use crate::sides::{Source, sides_for_float32, triangles_at_light};
+use crate::sides::Source;
 use crate::stats::ReceiverCounts;
 use crate::verbs::{FitQueries, Traversal, Verbs};
 use crate::warp::{Axis, CountFit};
@@ -62,13 +61,12 @@ impl<'a> ReceiverQueries<'a> for Frame<'a> {
     fn samples(&mut self, resolution: u32) -> Result<SampledReceivers> {
         let stride = stride(self.camera, resolution);
         let camera = coarse_camera(self.camera, stride);
-        let triangles = self.timed(SAMPLES_LABEL, |frame| {
-            let first = first_sample(frame.camera, stride);
-            frame
-                .image()
-                .sampled(&camera, first as usize, stride as usize)
-                .triangle_ids()
+        let image = self.timed(SAMPLES_LABEL, |frame| {
+            let first = first_sample(frame.camera, stride) as usize;
+            frame.image().sampled(&camera, first, stride as usize)
         });
+        let triangles = image.triangle_ids();
+        self.sampled = Some(image);
         Ok(SampledReceivers::new(
             self.scene, self.light, camera, &triangles,
         ))
@@ -90,15 +88,11 @@ impl<'a> FitQueries<'a> for Frame<'a> {
         map: MapSettings,
         layers: Vec<Layer>,
     ) -> Result<Vec<f32>> {
-        let stride = (samples.camera.focal.x / self.camera.focal.x)
-            .recip()
-            .round() as usize;
-        let first = first_sample(self.camera, stride as u32) as usize;
-        let image = self.image().sampled(&samples.camera, first, stride);
+        let image = self.sampled.take().expect("samples were asked for");
         let layers = layers.into_iter().map(PlannedLayer::from).collect();
-        Ok(self
-            .answer(&samples.camera, &image, map, layers)?
-            .visibility)
+        let recorded = self.answer(&samples.camera, &image, map, layers)?;
+        self.sampled = Some(image);
+        Ok(recorded.visibility)
     }
 
     fn skip(&mut self, stage: &'static str) {
@@ -132,16 +126,17 @@ impl Frame<'_> {
         if settings.rasterization != Rasterization::Exact {
             return is_missing("maps with rasterization 'linear'");
         }
+        let light = Source::of(self.light);
         let mut layers = Vec::new();
         for plan in plans {
-            let light = Source::of(self.light);
+            check_map(&plan.layer.projection)?;
             let map = self.timed(SHADOW_MAP_LABEL, |frame| {
                 let projection = &plan.layer.projection;
                 Map::new(projection, plan.warp.as_ref(), frame.scene, light)
             });
             layers.push(DrawnLayer { plan, map });
         }
-        let mut visibility = self.timed(LOOKUP_LABEL, |frame| {
+        let visibility = self.timed(LOOKUP_LABEL, |frame| {
             let receivers = Receivers::new(frame.scene, image, camera, frame.light);
             let looked = layers.iter();
             let looked: Vec<_> = looked
@@ -152,32 +147,8 @@ impl Frame<'_> {
                 .collect();
             lookup(&receivers, &looked)
         });
-        self.shadow_by_what_the_light_is_at(camera, image, &mut visibility);
         self.stats.layers = layers.len();
         Ok(Recorded { visibility, layers })
-    }
-}
-
-impl Frame<'_> {
-    /// Triangles that a lamp is at may shadow half of space, also what lies beside every map.
-    fn shadow_by_what_the_light_is_at(
-        &self,
-        camera: &Camera,
-        image: &Image,
-        visibility: &mut [f32],
-    ) {
-        let (scene, light) = (self.scene, self.light);
-        if light.position().is_none() {
-            return;
-        }
-        let Some(sides) = sides_for_float32(scene, light, camera.eye) else {
-            return;
-        };
-        let casters = triangles_at_light(scene, light, camera.eye, &sides);
-        if !casters.is_empty() {
-            let view = (scene, camera, light);
-            shadow_by(&casters, view, &image.triangle_ids(), visibility);
-        }
     }
 }
 
@@ -267,6 +238,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
     }
 
     fn depth_image(&mut self, layer: Layer) -> Result<Analysed> {
+        check_map(&layer.projection)?;
         let light = Source::of(self.light);
         let image = self.timed(SHADOW_MAP_LABEL, |frame| {
             let projection = &layer.projection;

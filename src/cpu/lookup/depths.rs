@@ -74,7 +74,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         });
         let (zero, size) = (splat(simd, 0.0), self.v2(layer.size));
         let last = self.v2(layer.size - 1.0);
-        let side = 2 * usize::from(layer.comparison.reach) + 1;
+        let side = layer.comparison.side();
         for (i, middle) in middles.iter_mut().enumerate().take(side) {
             let texel = row.middle.map(|texel| texel + (i as f32 - reach));
             *middle = match (layer.warp, functions) {
@@ -101,7 +101,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) -> Seen {
         let simd = self.simd;
         let has_triangles = self.layer.comparison.triangles;
-        let side = 2 * usize::from(self.layer.comparison.reach) + 1;
+        let side = self.layer.comparison.side();
         let reach = f32::from(self.layer.comparison.reach);
         let middles = self.columns_and_rows(row);
         let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));
@@ -151,7 +151,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     /// and the triangle that was seen last.
     #[inline(always)]
     pub(super) fn known_texels(&self, i: usize, lane: usize) -> (u32, u32) {
-        let side = 2 * usize::from(self.layer.comparison.reach) + 1;
+        let side = self.layer.comparison.side();
         let mut known = 0;
         let (mut previous, mut first_of_row) = (NONE, NONE);
         for y in 0..side {

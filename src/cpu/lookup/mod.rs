@@ -10,12 +10,13 @@ mod row;
 mod seams;
 mod triangles;
 
+use super::known::Known;
 use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask32x8, splat, u32x8};
 use super::light_space::LightSpace;
 use super::map::Map;
 use super::rasterize::NONE;
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
-use super::tiles::{BLOCK, TILE, TILE_PIXELS};
+use super::tiles::{BLOCK, TILE, TILE_PIXELS, cut};
 use super::warp_map::WarpMap;
 use crate::bias::{Bias, Plane, Rule};
 use crate::fits::layer::Layer;
@@ -57,15 +58,10 @@ impl<'a> LookedUp<'a> {
         let projection = &layer.projection;
         let space = LightSpace::new(layer, receivers.eye);
         let rounding = position_rounding(projection, receivers.eye);
-        let bias = settings.bias.depth_bias(projection, rounding);
-        // Depths are in the projection's unit. So is the growth of a beam.
-        let rule = Rule {
-            constant: bias.constant * space.unit,
-            slope: bias.slope,
-            beam: bias.beam,
-            rounding: bias.rounding * space.unit,
-            receiver_plane: f64::from(u8::from(bias.receiver_plane)),
-        };
+        let rule = settings
+            .bias
+            .depth_bias(projection, rounding)
+            .rule(space.unit);
         Self {
             space,
             map,
@@ -87,93 +83,66 @@ impl<'a> LookedUp<'a> {
 /// 1 lit, 0 in shadow, in between with a filter, NaN where nothing is seen, row by row. What no layer says anything of is
 /// lit.
 pub fn lookup(receivers: &Receivers, layers: &[LookedUp]) -> Vec<f32> {
-    let width = receivers.image.tiling.width;
-    let mut visibility = vec![0.0; width * receivers.image.tiling.height];
-    let rows = visibility.par_chunks_mut(width * BLOCK).enumerate();
-    rows.for_each(|(i, rows)| {
-        dispatch!(level(), simd => answer_rows(simd, receivers, layers, i * BLOCK, rows));
+    let tiling = receivers.image.tiling;
+    let mut visibility = vec![0.0; tiling.width * tiling.height];
+    let tiles = cut(&mut visibility, tiling).into_par_iter().enumerate();
+    let known = || {
+        let normals: Vec<_> = layers.iter().map(|_| KnownNormals::default()).collect();
+        (KnownPlanes::default(), normals)
+    };
+    tiles.for_each_init(known, |known, (tile, mut rows)| {
+        dispatch!(level(), simd => answer_tile(simd, receivers, layers, tile, &mut rows, known));
     });
     visibility
 }
 
 #[inline(always)]
-fn answer_rows<S: Simd>(
+fn answer_tile<S: Simd>(
     simd: S,
     receivers: &Receivers,
     layers: &[LookedUp],
-    y: usize,
-    rows: &mut [f32],
+    tile: usize,
+    rows: &mut [&mut [f32]],
+    (planes, normals): &mut (KnownPlanes, Vec<KnownNormals>),
 ) {
-    let mut known = KnownPlanes::default();
+    let corner = receivers.image.tiling.corner(tile);
     let mut block = BlockReceivers::none(simd);
-    let mut at_hand: Vec<_> = layers.iter().map(|_| KnownCovectors::default()).collect();
     let mut work = Work::new(simd);
-    for x in (0..receivers.image.tiling.width).step_by(BLOCK) {
-        let mut lit = [[0.0; LANES]; BLOCK];
-        if receivers.block(simd, (x, y), 0..BLOCK, &mut known, &mut block) {
-            for (lit, &facing) in lit.iter_mut().zip(&block.facing) {
-                for i in bits(facing) {
-                    lit[i] = 1.0;
+    for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
+        for x in (0..rows[0].len()).step_by(BLOCK) {
+            let pixel = (corner.0 + x, corner.1 + i * BLOCK);
+            let mut lit = [[0.0; LANES]; BLOCK];
+            if receivers.block(simd, pixel, 0..BLOCK, planes, &mut block) {
+                for (lit, &facing) in lit.iter_mut().zip(&block.facing) {
+                    for i in bits(facing) {
+                        lit[i] = 1.0;
+                    }
+                }
+                for (layer, normals) in layers.iter().zip(&mut *normals) {
+                    let masks = layer.space.masks(simd, &block);
+                    if masks != [0; BLOCK] {
+                        layer.space.kind.visit(BlockLookup {
+                            simd,
+                            receivers,
+                            layer,
+                            block: &block,
+                            masks: &masks,
+                            pixel,
+                            normals,
+                            work: &mut work,
+                            lit: &mut lit,
+                        });
+                    }
                 }
             }
-            for (layer, at_hand) in layers.iter().zip(&mut at_hand) {
-                let masks = layer.space.masks(simd, &block);
-                if masks != [0; BLOCK] {
-                    layer.space.kind.visit(BlockLookup {
-                        simd,
-                        receivers,
-                        layer,
-                        block: &block,
-                        masks: &masks,
-                        pixel: (x, y),
-                        at_hand,
-                        work: &mut work,
-                        lit: &mut lit,
-                    });
-                }
-            }
+            receivers.image.write(rows, x, pixel, |i, j| lit[i][j]);
         }
-        receivers.image.write(rows, (x, y), &lit);
     }
 }
 
-/// A plane's unit normal to the side of the light, in the world and as a covector of projection space.
-#[derive(Clone, Copy)]
-struct Covector {
-    triangle: u32,
-    values: [f32; 6],
-}
-
-/// Those of triangles that were asked for before.
-struct KnownCovectors([Covector; KNOWN]);
-
-const KNOWN: usize = 32;
-
-impl Default for KnownCovectors {
-    fn default() -> Self {
-        let none = Covector {
-            triangle: NONE,
-            values: [0.0; 6],
-        };
-        Self([none; KNOWN])
-    }
-}
-
-impl KnownCovectors {
-    #[inline(always)]
-    fn get(&mut self, receivers: &Receivers, space: &LightSpace, triangle: u32) -> &[f32; 6] {
-        let known = &mut self.0[triangle as usize % KNOWN];
-        if known.triangle != triangle {
-            let normal = receivers.lit_normal(triangle);
-            let (world, turned) = (normal.as_vec3(), space.covector(normal));
-            *known = Covector {
-                triangle,
-                values: [world.x, world.y, world.z, turned.x, turned.y, turned.z],
-            };
-        }
-        &known.values
-    }
-}
+/// Of triangles that were asked for before, the plane's unit normal to the side of the light, in the world and as a covector
+/// of projection space.
+type KnownNormals = Known<[f32; 6], 32>;
 
 /// Room for what is found in a block.
 struct Work<S: Simd> {
@@ -202,7 +171,7 @@ struct BlockLookup<'a, S: Simd> {
     masks: &'a [u32; BLOCK],
     /// The block's first one.
     pixel: (usize, usize),
-    at_hand: &'a mut KnownCovectors,
+    normals: &'a mut KnownNormals,
     work: &'a mut Work<S>,
     lit: &'a mut [[f32; LANES]; BLOCK],
 }
@@ -233,21 +202,7 @@ impl<S: Simd> KindVisitor for BlockLookup<'_, S> {
     fn visit<K: LaneKind>(mut self, kind: &K) {
         let zero = splat(self.simd, 0.0);
         let kind = kind.in_lanes(self.layer.space.unit, zero);
-        let constant = |v: f64| zero.constant(v);
-        let Rule {
-            constant: even,
-            slope,
-            beam,
-            rounding,
-            receiver_plane,
-        } = self.layer.rule;
-        let rule = Rule {
-            constant: constant(even),
-            slope: constant(slope),
-            beam: constant(beam),
-            rounding: constant(rounding),
-            receiver_plane: constant(receiver_plane),
-        };
+        let rule = self.layer.rule.map(|v| zero.constant(v));
         let mut left = [0; BLOCK];
         for (i, left) in left.iter_mut().enumerate() {
             if self.masks[i] != 0 {

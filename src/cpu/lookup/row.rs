@@ -3,6 +3,7 @@
 use super::{BlockLookup, RowReceivers};
 use crate::bias::{Plane, Rule};
 use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
+use crate::cpu::receivers::is_one;
 use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2, V3};
 use crate::projection::Formulas;
@@ -63,12 +64,8 @@ impl<S: Simd> BlockLookup<'_, S> {
                 row.patch = warp.patch_of(functions, self.layer.size.x as usize);
             }
         }
-        let aside = outward.map(|v| {
-            let sign = Lane::select(Lane::less(zero, v), half, zero);
-            Lane::select(Lane::less(v, zero), -half, sign)
-        });
-        row.place = row.place.zip(aside, |place, aside| {
-            place + Lane::select(is_edge_on, aside, zero)
+        row.place = row.place.zip(outward, |place, outward| {
+            place + Lane::select(is_edge_on, outward.sign() * half, zero)
         });
         let whole = row
             .place
@@ -91,11 +88,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         let Some(WarpMap { warp, .. }) = self.tearing_warp() else {
             return;
         };
-        let (zero, one) = (splat(self.simd, 0.0), splat(self.simd, 1.0));
-        let sign = |v: f32x8<S>| {
-            let sign = Lane::select(Lane::less(zero, v), one, zero);
-            Lane::select(Lane::less(v, zero), -one, sign)
-        };
+        let zero = splat(self.simd, 0.0);
         let is_outside = |v: f32x8<S>| Lane::less(zero, Lane::abs(v));
         let along_x = is_outside(outside.x);
         let is_torn_off = (along_x | is_outside(outside.y)) & row.bias.is_edge_on & row.on_map;
@@ -103,8 +96,8 @@ impl<S: Simd> BlockLookup<'_, S> {
             return;
         }
         let side = V2::new(
-            sign(outside.x),
-            Lane::select(along_x, zero, sign(outside.y)),
+            outside.x.sign(),
+            Lane::select(along_x, zero, outside.y.sign()),
         );
         let texels = self.layer.size.x as usize;
         let across = warp.texel_across(row.linear, row.functions, side, texels);
@@ -120,28 +113,26 @@ impl<S: Simd> BlockLookup<'_, S> {
     fn normals(&mut self, i: usize) -> (V3<f32x8<S>>, V3<f32x8<S>>) {
         let simd = self.simd;
         let (receivers, space) = (self.receivers, &self.layer.space);
+        let normals = &mut *self.normals;
+        let mut find = |triangle: u32| {
+            *normals.get(triangle, || {
+                let normal = receivers.lit_normal(triangle);
+                let (world, turned) = (normal.as_vec3(), space.covector(normal));
+                [world.x, world.y, world.z, turned.x, turned.y, turned.z]
+            })
+        };
         let ids = &self.block.ids[i];
-        let mask = self.masks[i];
-        let v3 = |x, y, z| V3::new(x, y, z);
-        if *ids == [ids[0]; LANES] {
-            let [x, y, z, u, v, w] = self
-                .at_hand
-                .get(receivers, space, ids[0])
-                .map(|value| splat(simd, value));
-            return (v3(x, y, z), v3(u, v, w));
+        if is_one(simd, ids) {
+            let [x, y, z, u, v, w] = find(ids[0]).map(|value| splat(simd, value));
+            return (V3::new(x, y, z), V3::new(u, v, w));
         }
         let mut columns = [[1.0; LANES]; 6];
-        for lane in bits(mask) {
-            let values = self.at_hand.get(receivers, space, ids[lane]);
-            for (column, value) in columns.iter_mut().zip(values) {
-                column[lane] = *value;
+        for lane in bits(self.masks[i]) {
+            for (column, value) in columns.iter_mut().zip(find(ids[lane])) {
+                column[lane] = value;
             }
         }
-        let [x, y, z, u, v, w] = columns;
-        let lanes = |column| f32x8::simd_from(simd, column);
-        (
-            v3(lanes(x), lanes(y), lanes(z)),
-            v3(lanes(u), lanes(v), lanes(w)),
-        )
+        let [x, y, z, u, v, w] = columns.map(|column| f32x8::simd_from(simd, column));
+        (V3::new(x, y, z), V3::new(u, v, w))
     }
 }

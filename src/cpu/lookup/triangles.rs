@@ -93,7 +93,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     #[inline(always)]
     fn collect_candidates(&mut self, left: &[u32; BLOCK]) {
         let simd = self.simd;
-        let side = 2 * usize::from(self.layer.comparison.reach) + 1;
+        let side = self.layer.comparison.side();
         let off = u32x8::simd_from(simd, OFF_MAP);
         let mut listed = [NONE; 64];
         self.work.candidates.clear();
@@ -160,7 +160,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     #[inline(always)]
     fn around(&self, i: usize, id: u32) -> u32 {
         let simd = self.simd;
-        let side = 2 * usize::from(self.layer.comparison.reach) + 1;
+        let side = self.layer.comparison.side();
         let id = u32x8::simd_from(simd, id);
         let mut holds = mask32x8::from_bitmask(simd, 0);
         for ids in &self.work.ids[i][..side * side] {

@@ -43,15 +43,14 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
         ..
     } = map;
     let mut uniform = seen.uniform(projection);
-    // Depths are in the projection's unit there. So is the growth of a beam.
-    let unit = projection.unit();
-    uniform.constant_bias = (bias.constant * unit) as f32;
-    uniform.beam_bias = bias.beam as f32;
-    uniform.slope_bias = bias.slope as f32;
-    uniform.receiver_plane = f32::from(u8::from(bias.receiver_plane));
+    let rule = bias.rule(projection.unit()).map(|number| number as f32);
+    uniform.constant_bias = rule.constant;
+    uniform.beam_bias = rule.beam;
+    uniform.slope_bias = rule.slope;
+    uniform.receiver_plane = rule.receiver_plane;
     let filter = comparison.filter;
     uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
-    uniform.rounding = (bias.rounding * unit) as f32;
+    uniform.rounding = rule.rounding;
     uniform.margin = map.rounding as f32;
     let rows = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("lookup")

@@ -4,6 +4,7 @@ use super::warp_map::WarpMap;
 use crate::gpu;
 use crate::gpu::recording::{Recording, Source};
 use crate::gpu::shaders::Shader;
+use crate::neighbourhood;
 use crate::twin::{Random, run_on_device};
 use crate::warp::Warp;
 use glam::{DMat3, DVec2, DVec3};
@@ -152,10 +153,13 @@ fn texels_around_a_receiver_weigh_bilinearly() {
             let bits = (case[0] as u32) << 13 | case[1] as u32;
             let aside = DVec2::new(f64::from(case[2]), f64::from(case[3]));
             let expected = bilinear_share(bits, aside, reach);
-            assert!(
-                (f64::from(found) - expected).abs() < 1e-6,
-                "{case:?}: {found} {expected}"
-            );
+            let on_cpu = neighbourhood::bilinear_share(bits, [case[2], case[3]], reach as usize);
+            for found in [found, on_cpu] {
+                assert!(
+                    (f64::from(found) - expected).abs() < 1e-6,
+                    "{case:?}: {found} {expected}"
+                );
+            }
         }
     }
 }
