@@ -170,7 +170,7 @@ def render(
     outputs: Sequence[str],
     *,
     culling: bool = True,
-    on: tuple[str | None, int | None] = (None, None),
+    on: tuple[str | None, int | None] = ...,
 ) -> list[Rendered]:
     """Frames by one method, a name with parameters, one for each light, with what `outputs` names.
 
