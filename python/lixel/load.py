@@ -2,40 +2,54 @@
 
 from __future__ import annotations
 
-import io
+import warnings
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, SupportsIndex
+from typing import Literal, SupportsIndex, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
 
 from .arguments import count
-from .gltf import Document
-from .scene import Scene
+from .files import gltf, others
+from .files.contents import Contents, Part, words_of
+from .scene import Scene, joined
 
-if TYPE_CHECKING:
-    import trimesh
+Up: TypeAlias = Literal["y", "z"]
 
-FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl")
+FORMATS = (".glb", ".gltf", *others.ENDINGS)
+
+_WORLD_FROM_FILE: dict[str, npt.NDArray[np.float64]] = {
+    "y": np.eye(4),
+    # A turn about x by -90 degrees, in whole numbers, so that coordinates keep their bits.
+    "z": np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=np.float64),
+}
 
 
-def load(path: str | PathLike[str], *, height: SupportsIndex = 1080) -> Scene:
+def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y") -> Scene:
     """The triangles of a file, with the cameras and lights of a glTF file.
 
-    Transforms of nodes are applied in float64, and no vertex is merged or moved. Materials,
-    normals and transparency are left out; skins and morph targets stay in their rest shape.
+    Transforms of nodes are applied in float64, and no vertex is merged or moved. Skins and morph
+    targets are in the pose of the file's own joints and weights; hidden nodes are left out.
+    Files may come from strangers: nothing outside the file's own folder is opened.
 
     Parameters
     ----------
     path : str or path
-        A .glb, .gltf, .obj, .ply or .stl file.
+        A .glb, .gltf, .obj, .ply or .stl file, or another that trimesh reads.
     height : int
         glTF cameras have an aspect ratio but no size: the height of their images in pixels. Where
         a camera has no aspect ratio, 16:9. ``Camera.resized`` changes it later.
+    up : str
+        ``"z"`` for a file whose Z axis points up, as CAD and maps have it: everything is turned
+        so that Y points up. It is (x, z, -y) of the file's (x, y, z).
 
     Returns
     -------
     Scene
-        `cameras` and `lights` (``KHR_lights_punctual``) go by the name of the node that holds them;
-        kinds that lixel does not have are named in `unsupported`.
+        `cameras` and `lights` (``KHR_lights_punctual``) go by the name of the node that holds them.
+        What the file holds and lixel does not take is named in `unsupported`, and in a warning.
 
     Raises
     ------
@@ -46,39 +60,47 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080) -> Scene:
     """
     file = Path(path)
     height = count("height", height)
+    if up not in _WORLD_FROM_FILE:
+        raise ValueError(f"up must be 'y' or 'z', got {up!r}")
     suffix = file.suffix.lower()
     if not file.is_file():
         raise FileNotFoundError(f"path must be a file, got {str(file)!r}, and there is none")
     if suffix not in FORMATS:
         raise ValueError(f"path must end in {', '.join(FORMATS)}, got {str(file)!r}")
-    try:
-        if suffix in (".glb", ".gltf"):
-            document = Document.read(file)
-            document.refuse_unread_geometry()
-            scene = Scene.from_trimesh(_trimesh(file, document.without_cameras()))
-            scene.cameras, scene.lights, scene.unsupported = document.cameras_and_lights(height)
-            return scene
-        return Scene.from_trimesh(_trimesh(file, None))
     # A broken file fails anywhere in the loaders, with any error there is.
+    try:
+        contents = _read(file, height, _WORLD_FROM_FILE[up])
+        scene = joined([(part.positions, part.faces) for part in _shown(contents)])
     except MemoryError:
         raise
     except Exception as error:
         raise ValueError(
-            f"path must be a {suffix} file with triangles, got {str(file)!r}: "
-            f"{error or type(error).__name__}"
+            f"path must be a {suffix} file with triangles, got {str(file)!r}: {words_of(error)}"
         ) from error
+    scene.cameras, scene.lights = contents.cameras, contents.lights
+    scene.unsupported = tuple(contents.unsupported)
+    if scene.unsupported:
+        warnings.warn(f"{file.name} is read without {_listed(scene.unsupported)}", stacklevel=2)
+    return scene
 
 
-def _trimesh(file: Path, content: bytes | None) -> trimesh.Scene:
-    import trimesh
+def _read(file: Path, height: int, world_from_file: npt.NDArray[np.float64]) -> Contents:
+    if file.suffix.lower() in (".glb", ".gltf"):
+        return gltf.read(file, height, world_from_file)
+    contents = others.read(file)
+    turn = world_from_file[:3, :3].T
+    contents.parts = [p._replace(positions=p.positions @ turn) for p in contents.parts]
+    return contents
 
-    # Nothing is merged or repaired, so that vertices keep their bits.
-    if content is None:
-        return trimesh.load_scene(file, process=False, skip_materials=True)
-    return trimesh.load_scene(
-        io.BytesIO(content),
-        file_type=file.suffix.lower()[1:],
-        resolver=trimesh.resolvers.FilePathResolver(str(file)),
-        process=False,
-        skip_materials=True,
-    )
+
+def _shown(contents: Contents) -> list[Part]:
+    parts = [part for part in contents.parts if len(part.faces)]
+    if not parts:
+        why = _listed(contents.unsupported) if contents.unsupported else "nothing else either"
+        raise ValueError(f"it must hold at least one triangle, and holds {why}")
+    return parts
+
+
+def _listed(words: Sequence[str], most: int = 5) -> str:
+    more = f"; and {len(words) - most} more (scene.unsupported)" if len(words) > most else ""
+    return "; ".join(words[:most]) + more

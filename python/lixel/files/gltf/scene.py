@@ -1,0 +1,148 @@
+"""From a glTF document to triangles, cameras and lights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..contents import FEWEST_TRIANGLES, Contents, FileError, Part, unused, words_of
+from .accessors import accessor
+from .document import Document, Object, entry_of, extension_of
+from .nodes import Matrix, Node, composed, moved, nodes_of
+from .primitives import MODES_WITHOUT_TRIANGLES, Primitive
+from .skins import JointsInWorld, skinned
+from .views import LIGHTS, camera_of, light_of
+
+_INSTANCING = "EXT_mesh_gpu_instancing"
+
+
+def read_scene(document: Document, height: int, world_from_file: Matrix) -> Contents:
+    """Everything that the file's scene shows. What cannot be read costs itself, and is named."""
+    reader = _Reader(document, height, world_from_file)
+    for node in nodes_of(document, world_from_file):
+        reader.read(node)
+    return reader.contents
+
+
+class _Reader:
+    def __init__(self, document: Document, height: int, world_from_file: Matrix) -> None:
+        self.contents = Contents()
+        self._document = document
+        self._height = height
+        self._joints = JointsInWorld(document, world_from_file)
+        self._lights = document.extension(LIGHTS).get("lights", [])
+        self._read_primitives: dict[tuple[int, int, tuple[float, ...]], Primitive] = {}
+        self._triangles = 0
+
+    def read(self, node: Node) -> None:
+        """The mesh, the camera and the light of a node."""
+        if "mesh" in node.entry and node.visible:
+            self._attempt(f"mesh of {node.name!r}", self._mesh, node)
+        if "camera" in node.entry:
+            self._attempt(f"camera of {node.name!r}", self._camera, node)
+        if isinstance(node.entry.get("extensions"), dict) and LIGHTS in node.entry["extensions"]:
+            self._attempt(f"light of {node.name!r}", self._light, node)
+
+    def _attempt(self, what: str, part: Any, *arguments: Any) -> None:
+        """Read a part of the file; where it is broken, name it and go on."""
+        try:
+            part(*arguments)
+        except (FileError, MemoryError):
+            raise
+        except Exception as error:
+            self.contents.leave_out(f"{what}: {words_of(error)}")
+
+    # --- Meshes ---
+
+    def _mesh(self, node: Node) -> None:
+        mesh = self._document.item("meshes", node.entry["mesh"])
+        name = str(node.entry.get("name") or mesh.get("name") or f"node {node.number}")
+        weights = tuple(map(float, node.entry.get("weights") or mesh.get("weights") or ()))
+        for i in range(len(mesh["primitives"])):
+            what = f"primitive {i} of mesh {name!r}"
+            self._attempt(what, self._primitive, node, name, (node.entry["mesh"], i, weights))
+
+    def _primitive(self, node: Node, name: str, key: tuple[int, int, tuple[float, ...]]) -> None:
+        entry = self._document.item("meshes", key[0])["primitives"][key[1]]
+        if entry.get("mode", 4) in MODES_WITHOUT_TRIANGLES:
+            self.contents.leave_out("points and lines, which cast no shadow")
+            return
+        if key not in self._read_primitives:
+            self._read_primitives[key] = Primitive(self._document, entry, list(key[2]))
+        primitive = self._read_primitives[key]
+        for positions in self._placed(node, primitive):
+            part = Part(positions, primitive.faces, name, entry.get("material"))
+            self.contents.parts.append(part)
+
+    def _placed(self, node: Node, primitive: Primitive) -> Iterator[npt.NDArray[np.float64]]:
+        """The vertices in world space, once for each instance."""
+        instances = _instances(self._document, node.entry)
+        self._triangles += len(primitive.faces) * (1 if instances is None else len(instances))
+        most = max(FEWEST_TRIANGLES, self._document.size)
+        if self._triangles > most:
+            raise FileError(
+                f"its nodes hold more than {most:,} triangles; split it, or leave out copies"
+            )
+        if "skin" in node.entry:
+            yield skinned(self._document, node.entry["skin"], primitive, self._joints)
+        elif instances is None:
+            yield moved(node.world_from_node, primitive.positions)
+        else:
+            for node_from_instance in instances:
+                yield moved(node.world_from_node @ node_from_instance, primitive.positions)
+
+    # --- Cameras and lights ---
+
+    def _camera(self, node: Node) -> None:
+        camera = self._document.item("cameras", node.entry["camera"])
+        cameras: dict[str, Any] = self.contents.cameras
+        name = unused(str(node.entry.get("name") or camera.get("name") or "camera"), cameras)
+        kind = camera.get("type")
+        if kind != "perspective":
+            self.contents.leave_out(f"{kind} camera {name!r}")
+            return
+        self._attempt(
+            f"camera {name!r}",
+            lambda: cameras.update({name: camera_of(camera, node.world_from_node, self._height)}),
+        )
+
+    def _light(self, node: Node) -> None:
+        held = extension_of(node.entry, LIGHTS) or {}
+        light = entry_of(self._lights, held["light"], "lights")
+        lights: dict[str, Any] = self.contents.lights
+        name = unused(str(node.entry.get("name") or light.get("name") or "light"), lights)
+        kind = light.get("type")
+        if kind not in ("directional", "point", "spot"):
+            self.contents.leave_out(f"{kind} light {name!r}")
+        elif not node.visible:
+            self.contents.leave_out(f"{kind} light {name!r}: its node is hidden")
+        else:
+            self._attempt(
+                f"{kind} light {name!r}",
+                lambda: lights.update({name: light_of(light, node.world_from_node)}),
+            )
+
+
+def _instances(document: Document, node: Object) -> npt.NDArray[np.float64] | None:
+    """Node from instance, (n, 4, 4), None where the node has no instances but itself."""
+    extension = extension_of(node, _INSTANCING)
+    if extension is None:
+        return None
+    found = {
+        name: accessor(document, index).astype(np.float64)
+        for name, index in extension["attributes"].items()
+        if name in ("TRANSLATION", "ROTATION", "SCALE")
+    }
+    counts = {len(values) for values in found.values()}
+    if len(counts) != 1:
+        raise ValueError(f"its instances must be as many in each attribute, got {sorted(counts)}")
+    (count,) = counts
+    parts = [
+        found.get("TRANSLATION", np.zeros((count, 3))),
+        found.get("ROTATION", np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))),
+        found.get("SCALE", np.ones((count, 3))),
+    ]
+    return np.array([composed(*rows) for rows in zip(*parts, strict=True)]).reshape(-1, 4, 4)
