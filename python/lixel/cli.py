@@ -24,6 +24,7 @@ from .lab import (
     growth,
     papers,
     peers,
+    rankings,
     stress,
     study,
 )
@@ -201,7 +202,8 @@ COMMANDS: Mapping[str, Command] = {
 LAB: Mapping[str, Command] = {
     "study": Command.of(study),
     "peers": Command.of(peers),
-    "papers": Command.of(papers, device="gpu"),
+    "papers": Command.of(papers),
+    "rankings": Command.of(rankings),
     "stress": Command.of(stress, device="gpu"),
     "culling": Command.of(culling, device="gpu"),
     "flicker": Command.of(flicker, device="gpu"),

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from .._core import DeviceError
 from ..camera import Camera
 from ..compare import compare
-from ..frame import frame_parts, render
+from ..frame import Frame, frame_parts, render
 from ..light import Light
 from ..reference import Reference, reference
 from ..scene import Scene
@@ -128,8 +128,17 @@ def _compared(case: Case, scene: Scene) -> Record:
         **compare(frame, truth).as_dict(),
         "aliasing_largest": frame.largest_aliasing_error,
         **_aliasing(aliasing[~np.isnan(aliasing)]),
+        **_max_effective_resolution(frame),
         # The core stores depth and triangle of a texel in 64 bits.
         "map_bytes": 8 * frame.shadow_map.size + frame.warp_map.nbytes,
+    }
+
+
+def _max_effective_resolution(frame: Frame) -> dict[str, float | None]:
+    """None where a method has no map."""
+    return {
+        f"max_effective_resolution_{axis}": float(texels) if np.isfinite(texels) else None
+        for axis, texels in zip("xy", frame.max_effective_resolution, strict=True)
     }
 
 

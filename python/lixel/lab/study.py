@@ -108,9 +108,9 @@ def study(
           call to the array in memory; ``pass_ms.NAME``: median for each pass.
         - What `Comparison.as_dict` counts: ``misclassified_count``, ``false_lit_count``, ``ssim``,
           ``edge_displacement_mean`` and ``_p95`` in pixels, and others.
-        - ``aliasing_largest``: `Frame.largest_aliasing_error`. Of `Frame.aliasing_error` over the
-          pixels that face the light: ``aliasing_median``, ``aliasing_p95``, ``aliasing_above_1``.
-        - ``map_bytes``: shadow map (depth and triangle) and warp map. ``stats.NAME``: counters.
+        - ``aliasing_largest``: `Frame.largest_aliasing_error`; over pixels that face the light
+          ``aliasing_median``, ``aliasing_p95``, ``aliasing_above_1``; ``map_bytes``: shadow and
+          warp map; ``max_effective_resolution_x`` and ``_y``; ``stats.NAME``: counters.
         - ``device``, ``driver``, ``date`` (of the last frame), ``lixel``; ``error``, if any.
 
         After Ctrl-C the rows hold what was measured until then, and ``attrs["complete"]`` is False.
@@ -267,7 +267,7 @@ def _rows(case: Case, records: Sequence[Record]) -> Iterator[dict[str, Any]]:
             "light": case.light_name,
             "light_kind": type(case.light).__name__,
             "method": case.method.name,
-            **{name: _cell(value) for name, value in case.method.parameters().items()},
+            **{name: cell(value) for name, value in case.method.parameters().items()},
             "width": case.camera.width,
             "height": case.camera.height,
             "triangles": case.triangles,
@@ -318,10 +318,10 @@ def _counters(prefix: str, stats: Mapping[str, Any]) -> Iterator[tuple[str, Any]
         if isinstance(value, Mapping):
             yield from _counters(f"{prefix}.{name}", value)
         else:
-            yield f"{prefix}.{name}", _cell(value)
+            yield f"{prefix}.{name}", cell(value)
 
 
-def _cell(value: Any) -> Any:
+def cell(value: Any) -> Any:
     """A value that a column can hold."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value

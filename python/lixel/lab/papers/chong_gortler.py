@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 import statistics
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -46,26 +46,14 @@ from ..report import progress, table as as_text
 from ..result_tables import append, resume, write
 from ..timing import wall_ms
 from ..views import scene_and_views
-
-PAPER = "H. Y. Chong, S. J. Gortler, Harvard TR-07-07"
+from .figures import CHONG, middle, rows_of
+from .published import method_of
 
 SEED = 2007
 
-COLUMNS = ("optimal", "focused", "lispsm", "plane optimal", "normal")
-"""Of Table 1, as the paper calls them."""
-
-# Percent more misclassified pixels than the first column's; rows: all lights, then the tenth of the
-# lights that is worst for each column.
-PAPER_PERCENT = np.array(
-    [
-        [0.0, 27.65, 55.33, 315.09, 186.60],
-        [0.0, 32.37, 6.47, 64.16, 276.21],
-        [0.0, 84.00, 34.38, 41.60, 356.53],
-        [0.0, 66.73, 49.12, 61.40, 321.70],
-        [0.0, 28.12, 15.96, 630.43, 307.39],
-        [0.0, 64.24, 24.04, 91.20, 379.44],
-    ]
-)
+COLUMNS = ("Optimal", "Focused", "LiSPSM", "Plane Opt.", "Normal")
+"""Of Table 1, as the paper calls them. Rows: all lights, then the tenth of the lights that is worst
+for each column."""
 
 FITS = {
     "the paper's": (
@@ -79,13 +67,12 @@ FITS = {
 }  # fmt: skip
 """The rows that stand for the columns of Table 1."""
 
-# Frames per second at 1150 x 1150 pixels, by lights and texels along a side of the map.
-PAPER_FPS = {
-    (1, 500): (56.7, 67.3, 69.3), (1, 700): (55.1, 65.3, 66.7), (1, 1000): (51.9, 60.7, 62.4),
-    (2, 500): (39.3, 44.4, 45.7), (2, 700): (36.7, 41.7, 43.0), (2, 1000): (33.8, 37.9, 39.4),
-    (3, 500): (29.2, 32.5, 33.3), (3, 700): (27.1, 30.2, 31.5), (3, 1000): (24.8, 27.1, 28.3),
-    (4, 500): (22.8, 25.2, 25.9), (4, 700): (21.1, 23.2, 24.2), (4, 1000): (19.4, 21.2, 22.0),
-}  # fmt: skip
+# Lights, and texels along a side of the map, by the names of the rows of Table 2.
+SIZES = {
+    f"{lights} light{'s' if lights > 1 else ''}, {side}²": (lights, side)
+    for lights in (1, 2, 3, 4)
+    for side in (500, 700, 1000)
+}
 
 
 def methods(resolution: int) -> dict[str, Method]:
@@ -144,7 +131,7 @@ def misclassified(
     """Table 1.
 
     The paper has 500 lights, images of 750², maps of 400² and 1.14 million triangles; `quick` has
-    25, 375², 200² and about 290,000. `lights` sets their number; `scene`, a file or the name of a
+    10, 375², 200² and about 290,000. `lights` sets their number; `scene`, a file or the name of a
     built-in scene, is in place of objects on a floor, and seen by the first camera of `views` or
     its own. In the folder ``chong-1.csv`` keeps the misclassified pixels of each light and method:
     what is there is not measured again, and a table of another scene or size is refused.
@@ -163,7 +150,7 @@ def misclassified(
         command += f" --scene {Path(scene).name}"
         command += f" --views {views.name}" if views is not None else ""
     rows = methods(resolution)
-    chosen = random_lights((25 if quick else 500) if lights is None else lights)
+    chosen = random_lights((10 if quick else 500) if lights is None else lights)
     path = None if folder is None else folder / "chong-1.csv"
     before = [] if path is None else resume(path, command)
     known = {(int(row["light"]), row["method"]): int(row["misclassified"]) for row in before}
@@ -208,12 +195,13 @@ def layout(names: Sequence[str], wrong: npt.NDArray[np.float64]) -> list[dict[st
         counts = wrong[[names.index(name) for name in methods_of_fits]]
         chosen = [np.arange(wrong.shape[1])]
         chosen += [np.argsort(of_method)[-worst:] for of_method in counts]
-        places = ["all lights", *(f"worst tenth of {name}" for name in COLUMNS)]
-        for place, columns, paper in zip(places, chosen, PAPER_PERCENT, strict=True):
+        for (place, figures), columns in zip(
+            rows_of(CHONG, "Table 1").items(), chosen, strict=True
+        ):
             means = counts[:, columns].mean(axis=1)
             row: dict[str, Any] = {"fits": fits, "lights": place}
-            for name, mean, theirs in zip(COLUMNS, means, paper, strict=True):
-                more = _percent_more(mean, means[0])
+            for name, mean in zip(COLUMNS, means, strict=True):
+                more, theirs = _percent_more(mean, means[0]), figures[f"{name}, % more"]
                 row[name] = f"{mean:,.0f}, {more:+.0f} % ({theirs:+.0f} %)"
             rows.append(row)
     return rows
@@ -236,17 +224,20 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
     scene, camera = _scene(quick, 1150 // part)
     lit_by = random_lights(4)
     rows = []
-    for (count, side), fps in progress(list(PAPER_FPS.items()), "rows"):
+    figures = rows_of(CHONG, "Table 2")
+    for name, (count, side) in progress(list(SIZES.items()), "rows"):
         chosen: dict[str, Method] = {
-            "optimal": SceneOptimized(samples="boundary", resolution=side // part),
-            "focused": Focused(fit="frustum", resolution=side // part),
-            "lispsm": LightSpacePerspective(fit="frustum", resolution=side // part),
+            "Optimal": method_of("scene_optimized@published", resolution=side // part),
+            "Focused": method_of("focused@published", resolution=side // part),
+            "LiSPSM": method_of("lispsm@published", resolution=side // part),
         }
         ms = _medians(scene, camera, lit_by[:count], chosen)
+        paper = {column: 1e3 / middle(fps) for column, fps in figures[name].items()}
         row: dict[str, Any] = {"lights": count, "map": side // part}
-        for name, own in zip(chosen, fps, strict=True):
-            row[f"{name}, ms"] = ms[name]
-            row[f"{name} / focused"] = f"{ms[name] / ms['focused']:.2f} ({fps[1] / own:.2f})"
+        for column, own in ms.items():
+            row[f"{column}, ms"] = f"{own:.1f} ({paper[column]:.1f})"
+            of_focused = (own / ms["Focused"], paper[column] / paper["Focused"])
+            row[f"{column} / Focused"] = "{:.2f} ({:.2f})".format(*of_focused)
         rows.append(row)
     _save(rows, folder, "chong-2")
     return rows
@@ -255,34 +246,39 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
 def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, Any]]:
     """Table 3: where the time of a frame with four lights and maps of 750² goes.
 
-    For the optimized and the plain map: milliseconds of the whole, of the optimization on the CPU,
-    and its share in percent, with the paper's. The paper's hull is part of its optimization; so is
-    ours. `quick` and `folder` are those of `running_times`.
+    For the optimized and the plain map: milliseconds of the whole, of the optimization on the CPU
+    and of the rest, and their shares in percent, each with the paper's. The convex hull is part of
+    the optimization, here as there, and has no time of its own here. `quick` and `folder` are those
+    of `running_times`.
     """
     part = 2 if quick else 1
     scene, camera = _scene(quick, 750 // part)
-    chosen: dict[str, tuple[Method, float]] = {
-        "optimal": (SceneOptimized(samples="boundary", resolution=750 // part), 12.43),
-        "normal": (Focused(fit="frustum", resolution=750 // part), 0.40),
+    chosen = {
+        "Optimal": method_of("scene_optimized@published", resolution=750 // part),
+        "Normal": method_of("focused@published", resolution=750 // part),
     }
     lit_by = random_lights(4)
-    wholes = _medians(scene, camera, lit_by, {name: method for name, (method, _) in chosen.items()})
+    wholes = _medians(scene, camera, lit_by, chosen)
     rows = []
-    for name, (method, paper) in chosen.items():
+    for name, method in chosen.items():
         frames = [
             [render(scene, camera, light, method).timings for light in lit_by] for _ in range(5)
         ]
         fits = [sum(ms.get(passes.FIT_LIGHT_MATRIX, 0.0) for ms in frame) for frame in frames]
-        fit = statistics.median(fits)
-        rows.append(
-            {
-                "map": name,
-                "whole, ms": wholes[name],
-                "optimization, ms": fit,
-                "optimization, %": 100.0 * fit / wholes[name],
-                "paper, %": paper,
-            }
-        )
+        fit, whole = statistics.median(fits), wholes[name]
+        ours = {"Total scene": whole, "Optimization": fit, "Render & Wait": whole - fit}
+        for stage, figures in rows_of(CHONG, "Table 3").items():
+            ms = ours.get(stage)
+            rows.append(
+                {
+                    "map": name,
+                    "stage": stage,
+                    "ours, ms": ms,
+                    "paper, ms": figures[name],
+                    "ours, %": None if ms is None else 100.0 * ms / whole,
+                    "paper, %": figures[f"{name}, % total"],
+                }
+            )
     _save(rows, folder, "chong-3")
     return rows
 
@@ -309,14 +305,3 @@ def print_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Print rows as tables, one for each set of columns."""
     for _, group in itertools.groupby(rows, key=list):
         print(as_text(list(group)))
-
-
-EXPERIMENTS: Mapping[str, tuple[str, Callable[[bool, Path | None], list[dict[str, Any]]]]] = {
-    "chong-1": (
-        "Misclassified pixels, Table 1; the paper's percentages in brackets",
-        misclassified,
-    ),
-    "chong-2": ("Running time, Table 2; the paper's ratios in brackets", running_times),
-    "chong-3": ("Share of the optimization in a frame, Table 3", stages),
-}
-"""Title and measurement, by the names of their tables."""

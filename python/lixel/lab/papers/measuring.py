@@ -10,61 +10,86 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...arguments import needs
 from ...camera import Camera
-from ...methods import Method, method_from
+from ...methods import Method
 from ...scenes import GENERATORS, rotation
 from ..report import status, table
 from ..result_tables import save
-from ..study import study
-from .tables import Figure, Row, Table
+from ..study import cell, study
+from .figures import Figure, middle
+from .published import method_of
+from .tables import Row, Table
 
 if TYPE_CHECKING:
     import pandas
 
 
-def halved(chosen: Table) -> Table:
-    """The table for images and maps of half the size on each side, and two cameras on a path."""
+QUICK = 4
+"""By how much images and maps are smaller on each side in a table that is to be had in minutes."""
+
+
+def quick_version(chosen: Table) -> Table:
+    """The table with smaller images, maps and scenes, and two cameras on a path."""
     return dataclasses.replace(
         chosen,
-        size=(chosen.size[0] // 2, chosen.size[1] // 2),
-        resolution=chosen.resolution // 2,
+        size=(chosen.size[0] // QUICK, chosen.size[1] // QUICK),
+        resolution=chosen.resolution // QUICK,
         path=min(chosen.path, 2),
-        rows=tuple(_halved_row(row) for row in chosen.rows),
+        rows=tuple(_quick_row(row) for row in chosen.rows),
+        scenes={
+            name: dataclasses.replace(scene, arguments={**scene.arguments, **scene.quick})
+            for name, scene in chosen.scenes.items()
+        },
     )
 
 
-def _halved_row(row: Row) -> Row:
+def _quick_row(row: Row) -> Row:
     if "resolution" not in row.parameters:
         return row
-    parameters = {**row.parameters, "resolution": row.parameters["resolution"] // 2}
+    parameters = {**row.parameters, "resolution": row.parameters["resolution"] // QUICK}
     return dataclasses.replace(row, parameters=parameters)
 
 
 def measure_table(chosen: Table, repeats: int, folder: Path | None) -> pandas.DataFrame:
     """A study of the table's rows; with a folder it is saved there, and goes on after a stop."""
-    scenes, cameras, lights = {}, {}, {}
-    for name, substitute in chosen.scenes.items():
-        scene = GENERATORS[substitute.generator](**substitute.arguments)
-        scenes[name] = (substitute.generator, substitute.arguments)
-        cameras[name] = _path(scene.cameras["default"].resized(*chosen.size), chosen.path)
-        lights[name] = {"0": substitute.light or scene.lights["default"]}
     journal = None
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         journal = folder / f"{chosen.name}.jsonl"
     status(f"{chosen.name}: {chosen.source}")
+    parts = []
+    for by_spot in (False, True):
+        methods = [m for row, m in runnable(chosen) if row.by_spot is by_spot]
+        if methods:
+            parts.append(_studied(chosen, by_spot, methods, repeats, journal))
+    # Columns of either part.
+    measured = needs("pandas", "study").concat(parts, ignore_index=True)
+    if folder is not None:
+        save(measured, folder / f"{chosen.name}.csv")
+    return measured
+
+
+def _studied(
+    chosen: Table, by_spot: bool, methods: Sequence[Method], repeats: int, journal: Path | None
+) -> pandas.DataFrame:
+    scenes, cameras, lights = {}, {}, {}
+    for name, substitute in chosen.scenes.items():
+        scene = GENERATORS[substitute.generator](**substitute.arguments)
+        scenes[name] = (substitute.generator, substitute.arguments)
+        cameras[name] = _path(scene.cameras["default"].resized(*chosen.size), chosen.path)
+        light = substitute.spot if by_spot else substitute.light
+        lights[name] = {"spot" if by_spot else "0": light or scene.lights["default"]}
     measured = study(
         scenes,
         cameras=cameras,
         lights=lights,
-        methods=list({repr(m): m for _, m in runnable(chosen)}.values()),
+        methods=list({repr(m): m for m in methods}.values()),
         repeats=repeats,
         journal=journal,
     )
     if not measured.attrs["complete"]:
         raise KeyboardInterrupt
-    if folder is not None:
-        save(measured, folder / f"{chosen.name}.csv")
     return measured
 
 
@@ -81,72 +106,110 @@ def _path(camera: Camera, number: int) -> dict[str, Camera]:
 def runnable(chosen: Table) -> Iterator[tuple[Row, Method]]:
     """The rows that this version can measure, with their methods."""
     for row in chosen.rows:
+        values = dict(row.parameters)
         try:
-            method = method_from(row.method)
+            if method_of(row.method).map_resolution is not None:
+                values.setdefault("resolution", chosen.resolution)
+            yield row, method_of(row.method, **values)
         except ValueError:
             continue
-        values = dict(row.parameters)
-        if hasattr(method, "resolution"):
-            values.setdefault("resolution", chosen.resolution)
-        yield row, dataclasses.replace(method, **values)
 
 
 def beside(chosen: Table, measured: pandas.DataFrame) -> Iterator[dict[str, Any]]:
     """The rows of the table as it is printed."""
-    columns = chosen.stages or dict.fromkeys(chosen.scenes, ())
-    base = next(row for row in chosen.rows if row.name == chosen.base)
-    methods = {row.name: method for row, method in runnable(chosen)}
-    for i, column in enumerate(columns):
-        scene = column if not chosen.stages else next(iter(chosen.scenes))
-        base_cases = _cases_of(measured, scene, methods[base.name])
-        base_ms = _ms(chosen, base, base_cases)
-        for row in chosen.rows:
-            if row.name not in methods:
+    methods = {row.key: method for row, method in runnable(chosen)}
+    rows = [row for row in chosen.rows if row.key in methods]
+    base = next(row for row in rows if row.name == chosen.base)
+    columns = dict.fromkeys((s, stage) for row in rows for s, stage, *_ in chosen.columns(row))
+    for scene, stage in columns:
+        base_cases = _cases_of(measured, scene, base, methods[base.key])
+        base_figure, base_ms = None, None
+        for its_scene, its_stage, passes, name in chosen.columns(base):
+            if (its_scene, its_stage) == (scene, stage):
+                base_figure = base.figures.get(name)
+                base_ms = _ms(chosen, base, base_cases, passes)
+        for row in rows:
+            found = [each for each in chosen.columns(row) if each[:2] == (scene, stage)]
+            if not found:
                 continue
-            cases = _cases_of(measured, scene, methods[row.name])
-            figure = row.figures[i]
-            cells: dict[str, Any] = {
-                "stage" if chosen.stages else "scene": column,
-                "row": row.name,
-                "ours": _ours(methods[row.name]),
-            }
-            if chosen.stages:
-                ms = _of_passes(cases, columns[column])
-                whole = sum(_of_passes(cases, passes) for passes in columns.values())
-                figures = [_middle(each) for each in row.figures if each is not None]
-                cells |= {
-                    "paper, %": None if figure is None else 100.0 * _middle(figure) / sum(figures),
-                    "ours, %": 100.0 * float((ms / whole).median()),
-                }
+            ((_, _, passes, name),) = found
+            cases = _cases_of(measured, scene, row, methods[row.key])
+            figure, ms = row.figures.get(name), _ms(chosen, row, cases, passes)
+            cells = _head(scene, stage, row, methods[row.key])
+            if chosen.as_shares:
+                cells |= _shares(chosen, row, cases, scene, ms, figure)
             else:
-                ms = _ms(chosen, row, cases)
+                ratio = None if base_ms is None else float(ms.median() / base_ms.median())
                 cells |= {
-                    "paper, ratio": _ratio(chosen, figure, base.figures[i]),
-                    "ours, ratio": float(ms.median() / base_ms.median()),
+                    "paper, ratio": _ratio(chosen, figure, base_figure),
+                    "ours, ratio": ratio,
                 }
             cells |= {f"paper, {chosen.unit}": _text(figure), "ours, ms": _range(ms)}
-            cells |= {name: float(cases[of].median()) for name, of in chosen.details.items()}
-            if row.passes is None and not chosen.stages:
-                wrong, base_wrong = (
-                    int(each["misclassified_count"].sum()) for each in (cases, base_cases)
-                )
-                cells |= {
-                    "misclassified, ratio": wrong / max(base_wrong, 1),
-                    "misclassified": wrong,
-                }
+            cells |= {title: float(cases[of].median()) for title, of in chosen.details.items()}
+            if chosen.has_mer:
+                cells |= _mer(row, cases)
+            if row.passes is None and not chosen.as_shares:
+                cells |= _errors(cases, base_cases)
             yield cells
 
 
-def _cases_of(measured: pandas.DataFrame, scene: str, method: Method) -> pandas.DataFrame:
+def _head(scene: str, stage: str | None, row: Row, method: Method) -> dict[str, Any]:
+    cells: dict[str, Any] = {"scene": scene}
+    if stage is not None:
+        cells["stage"] = stage
+    return {**cells, "row": row.name, "by": row.by, "ours": _ours(method)}
+
+
+def _shares(
+    chosen: Table,
+    row: Row,
+    cases: pandas.DataFrame,
+    scene: str,
+    ms: pandas.Series,
+    figure: Figure | None,
+) -> dict[str, Any]:
+    """In percent of the columns of a scene."""
+    own = [each for each in chosen.columns(row) if each[0] == scene]
+    whole = sum(_ms(chosen, row, cases, passes) for _, _, passes, _ in own)
+    theirs = sum(middle(row.figures[name]) for *_, name in own if name in row.figures)
+    return {
+        "paper, %": None if figure is None else 100.0 * middle(figure) / theirs,
+        "ours, %": 100.0 * float((ms / whole).median()),
+    }
+
+
+def _mer(row: Row, cases: pandas.DataFrame) -> dict[str, Any]:
+    """How many texels a plain map would need, along each side."""
+    paper = [row.figures.get(f"MER {side}") for side in ("width", "height")]
+    ours = [float(cases[f"max_effective_resolution_{axis}"].max()) for axis in "xy"]
+    words = [f"{middle(n):,.0f}" for n in paper if n is not None]
+    return {"paper, MER": " x ".join(words) or "-", "ours, MER": f"{ours[0]:,.0f} x {ours[1]:,.0f}"}
+
+
+def _errors(cases: pandas.DataFrame, base_cases: pandas.DataFrame) -> dict[str, Any]:
+    counts = [each["misclassified_count"] for each in (cases, base_cases)]
+    if any(each.isna().any() for each in counts):
+        return {"misclassified, ratio": None, "misclassified": None}
+    wrong, base_wrong = (int(each.sum()) for each in counts)
+    return {"misclassified, ratio": wrong / max(base_wrong, 1), "misclassified": wrong}
+
+
+def _cases_of(measured: pandas.DataFrame, scene: str, row: Row, method: Method) -> pandas.DataFrame:
     chosen = (measured["scene"] == scene) & (measured["method"] == method.name)
+    chosen &= (measured["light"] == "spot") == row.by_spot
     for name, value in method.parameters().items():
-        chosen &= measured[name].isna() if value is None else measured[name] == value
+        found = cell(value)
+        chosen &= measured[name].isna() if found is None else measured[name] == found
     return measured[chosen]
 
 
-def _ms(chosen: Table, row: Row, cases: pandas.DataFrame) -> pandas.Series:
-    if row.passes is not None:
-        return _of_passes(cases, row.passes)
+def _ms(
+    chosen: Table, row: Row, cases: pandas.DataFrame, passes: tuple[str, ...] | None
+) -> pandas.Series:
+    """Of some passes, or of a frame."""
+    own = row.passes if passes is None else passes
+    if own is not None:
+        return _of_passes(cases, own)
     return cases["gpu_ms"] - _of_passes(cases, chosen.without)
 
 
@@ -163,11 +226,7 @@ def _ratio(chosen: Table, figure: Figure | None, base: Figure | None) -> float |
 
 def _time(chosen: Table, figure: Figure) -> float:
     """In whatever unit; frames per second are turned over."""
-    return 1.0 / _middle(figure) if chosen.unit == "fps" else _middle(figure)
-
-
-def _middle(figure: Figure) -> float:
-    return sum(figure) / 2 if isinstance(figure, tuple) else figure
+    return 1.0 / middle(figure) if chosen.unit == "fps" else middle(figure)
 
 
 def _text(figure: Figure | None) -> str:
@@ -189,15 +248,32 @@ def _ours(method: Method) -> str:
 def turned(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Pairs of rows that stand the other way round than in the paper, by a twentieth or more."""
     for first, second in itertools.combinations(rows, 2):
-        if first.get("paper, ratio") is None or first["scene"] != second["scene"]:
+        if any(first.get(of) != second.get(of) for of in ("scene", "stage", "by")):
             continue
-        if second["paper, ratio"] is None:
+        if first.get("paper, ratio") is None or second.get("paper, ratio") is None:
             continue
         paper = first["paper, ratio"] / second["paper, ratio"]
         ours = first["ours, ratio"] / second["ours, ratio"]
         if (paper - 1.0) * (ours - 1.0) < 0.0 and min(abs(paper - 1.0), abs(ours - 1.0)) >= 0.05:
             slow, fast = (first, second) if paper > 1.0 else (second, first)
-            yield f"{first['scene']}: {slow['row']} is slower than {fast['row']} only in the paper"
+            yield f"{_at(first)}: {slow['row']} is slower than {fast['row']} only in the paper"
+
+
+def misranked(chosen: Table, rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Pairs of neighbours in the paper's ranking of which the second has more wrong pixels."""
+    wrong = {(_at(row), row["row"]): row.get("misclassified") for row in rows}
+    for at in dict.fromkeys(_at(row) for row in rows):
+        for worse, better in itertools.pairwise(chosen.ranking):
+            first, second = wrong.get((at, worse)), wrong.get((at, better))
+            if first is not None and second is not None and second > first:
+                yield (
+                    f"{at}: {better} misclassifies {second:,} pixels and {worse} {first:,}; "
+                    "in the paper it is better"
+                )
+
+
+def _at(row: Mapping[str, Any]) -> str:
+    return ", ".join(row[of] for of in ("scene", "stage", "by") if of in row)
 
 
 def print_table(
@@ -212,10 +288,15 @@ def print_table(
     for name, substitute in chosen.scenes.items():
         print(f"for {name}: {substitute}, {counts[name]:,} triangles")
     print(table(rows))
-    for line in turned(rows):
+    for line in (*turned(rows), *misranked(chosen, rows)):
         print(line)
+    if "error" in measured:
+        for error in measured["error"].dropna().unique():
+            print(f"a row without times could not be rendered: {error}")
     missing = {row.name for row in chosen.rows} - {row["row"] for row in rows}
     if missing:
         print(f"left out, because this version has no such method: {', '.join(sorted(missing))}")
+    for name, reason in chosen.left_out.items():
+        print(f"left out: {name}, because {reason}")
     if chosen.remark:
         print(chosen.remark)
