@@ -12,13 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import count
-from .files import gltf, others
+from .files import gltf, obj, others, ply, stl
 from .files.contents import Contents, Part, words_of
 from .scene import Scene, joined
 
 Up: TypeAlias = Literal["y", "z"]
 
-FORMATS = (".glb", ".gltf", *others.ENDINGS)
+_READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
+
+FORMATS = (".glb", ".gltf", *_READERS, *others.ENDINGS)
 
 _WORLD_FROM_FILE: dict[str, npt.NDArray[np.float64]] = {
     "y": np.eye(4),
@@ -87,7 +89,7 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
 def _read(file: Path, height: int, world_from_file: npt.NDArray[np.float64]) -> Contents:
     if file.suffix.lower() in (".glb", ".gltf"):
         return gltf.read(file, height, world_from_file)
-    contents = others.read(file)
+    contents = _READERS.get(file.suffix.lower(), others.read)(file)
     turn = world_from_file[:3, :3].T
     contents.parts = [p._replace(positions=p.positions @ turn) for p in contents.parts]
     return contents

@@ -8,7 +8,7 @@ import numpy as np
 
 from .contents import Contents, Part
 
-ENDINGS = (".obj", ".ply", ".stl", ".off")
+ENDINGS = (".off", ".3mf", ".dae")
 
 
 def read(path: Path) -> Contents:
