@@ -26,6 +26,7 @@ from mkdocs.structure.files import File, Files
 import lixel as lx
 from lixel import _core
 from lixel.lab.result_tables import read
+from lixel.methods import PAPERS, PUBLISHED
 from lixel.pictures import plots
 
 mpl.use("agg")
@@ -33,8 +34,8 @@ mpl.use("agg")
 RESULTS = Path(__file__).parent / "results"
 TITLES = {method["name"]: method["title"] for method in _core.methods()}
 MODULES = (
-    "scenes", "pictures.plots", "pictures.warp_plots", "pictures.explore", "testing",
-    "pytest_plugin", "lab.papers", "lab.stress", "lab.culling", "lab.flicker",
+    "scenes", "methods.published", "pictures.plots", "pictures.warp_plots", "pictures.explore",
+    "testing", "pytest_plugin", "lab.papers", "lab.stress", "lab.culling", "lab.flicker",
     "lab.result_tables",
 )  # fmt: skip
 ON_CPU = lx.info().cpu["methods"]
@@ -95,6 +96,7 @@ def method_page(name: str, method: type) -> str:
             + (", with a map of 256²" if hasattr(method(), "resolution") else "")
             + ": wrong pixels in red, and the aliasing error.",
             *docstring(method),
+            *as_published(name),
             *measurements(name),
         ]
     )
@@ -167,6 +169,29 @@ def measurements(name: str) -> list[str]:
             "\n".join(lines),
         ]
     return parts
+
+
+def as_published(name: str) -> list[str]:
+    """The values of the papers that run the method, and of its compositions."""
+    parts = []
+    for key, papers in PUBLISHED.items():
+        if key.rpartition("+")[2] != name:
+            continue
+        for paper, values in papers.items():
+            is_own = values is next(iter(papers.values()))
+            default = lx.method_from(key)
+            names = f"`{key}@published`, `{key}@{paper}`" if is_own else f"`{key}@{paper}`"
+            rows = [
+                f"| `{parameter}` | `{given.value!r}` | `{getattr(default, parameter)!r}` "
+                f"| {'left open: ' if given.is_open else ''}{given.source} |"
+                for parameter, given in values.items()
+            ]
+            head = "| parameter | published | default | where |\n|---|---|---|---|\n"
+            parts += [
+                f"{names}: {PAPERS[paper]}.",
+                head + "\n".join(rows) if rows else "It has no parameters.",
+            ]
+    return ["## As published", *parts] if parts else []
 
 
 def api_page(start: str) -> str:

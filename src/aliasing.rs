@@ -121,10 +121,10 @@ const STEP: f64 = 1e-3;
 
 /// Rosen's maximum effective resolution, (width, height): the size that a uniform map would need to match
 /// the smallest texel of this one (Rosen, "Rectilinear texture warping", 2012, section 6): over the
-/// casters' box, of which `one_texel` is the map, for parallel rays and for a light far away, over a face of a cube
+/// casters' box, of which `one_texel` is the map along the same rows and columns, for parallel rays and for a light far away, over a face of a cube
 /// around the light for others. The greatest of the layers; NaN where none is there.
 pub fn max_effective_resolution(
-    one_texel: impl Fn() -> Projection,
+    one_texel: impl Fn(&Projection) -> Projection,
     layers: &[RenderedLayer],
 ) -> DVec2 {
     let resolutions = layers.iter().map(|layer| {
@@ -139,7 +139,7 @@ pub fn max_effective_resolution(
             true => 2.0 / lengths,
             false => {
                 // As wide as at the other map's origin.
-                let uniform = one_texel();
+                let uniform = one_texel(projection);
                 let depth = uniform.projected_from_point(projection.origin).z;
                 let width = 1.0 + uniform.kind.convergence() * depth;
                 uniform.kind.smallest_texel(&uniform, region) * width / lengths

@@ -7,7 +7,7 @@ use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::fits::layer::Layer;
 use crate::fits::receivers::Setting;
-use crate::fits::uniform::fit_uniform;
+use crate::fits::uniform::uniform_along;
 use crate::gpu::passes::importance_map::ImportanceMap;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
@@ -147,7 +147,7 @@ impl Rendered {
             camera,
             light,
         };
-        let one_texel = || fit_uniform(setting, 1);
+        let one_texel = |map: &_| uniform_along(setting, map);
         self.max_effective_resolution = asks(Output::MaxEffectiveResolution)
             .map(|()| aliasing::max_effective_resolution(one_texel, layers));
     }

@@ -4,7 +4,7 @@ use super::central::{cone_layer, cube_faces, fit_box, fit_square};
 use super::layer::Layer;
 use super::parallel::{self, projected_box};
 use super::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
-use super::rotation::turned;
+use super::rotation::{Rotation, turned};
 use super::snapping::snapped;
 use super::source::Source;
 use crate::error::Result;
@@ -37,10 +37,10 @@ impl Cut {
 }
 
 /// How the maps of the receivers' boxes are turned around the light's direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Turn {
     /// Not as the receivers lie: "desired view".
-    Still,
+    Still(Rotation),
     /// As their smallest rectangle: "MIN-SM".
     SmallestRectangle,
     /// Along their principal axes.
@@ -55,10 +55,14 @@ pub fn fit_boxes(
     cut: Cut,
     resolution: u32,
 ) -> Result<Vec<Layer>> {
-    let mut layers = layers_of_light(receivers.setting());
+    let rotation = match turn {
+        Turn::Still(rotation) => rotation,
+        Turn::SmallestRectangle | Turn::PrincipalAxes => Rotation::OffEdges,
+    };
+    let mut layers = rotated_layers(receivers.setting(), rotation);
     for layer in &mut layers {
         let direction = match turn {
-            Turn::Still => continue,
+            Turn::Still(_) => continue,
             Turn::SmallestRectangle => {
                 let extremes = receivers.outline(layer, OutlinePoints::Extremes)?;
                 smallest_rectangle(&extremes).map_or(DVec2::X, |rectangle| rectangle.axis)
@@ -93,11 +97,21 @@ pub fn fit_straight_boxes(
 /// The light's own layers, given by their axes: one for parallel rays, a light far away or a cone, faces of a
 /// cube for a point.
 pub fn layers_of_light(setting: Setting) -> Vec<Layer> {
+    rotated_layers(setting, Rotation::OffEdges)
+}
+
+/// The same, rotated where there is one.
+pub fn rotated_layers(setting: Setting, rotation: Rotation) -> Vec<Layer> {
     let scene = setting.scene.bounds();
-    layers_around(setting, |position| match setting.light.cone() {
+    let Some(position) = setting.near_position() else {
+        return vec![Layer::everywhere(setting.axes_rotated(rotation))];
+    };
+    let layers = match setting.light.cone() {
         Some(cone) => vec![cone_layer(position, cone, scene)],
         None => cube_faces(position, scene),
-    })
+    };
+    let rotated = layers.into_iter().map(|layer| rotation.of_layer(layer));
+    rotated.collect()
 }
 
 /// The layers around a light's position; of a light far away, for which one holds all that it lights, that one.
@@ -108,7 +122,7 @@ pub fn layers_around(setting: Setting, layers: impl FnOnce(DVec3) -> Vec<Layer>)
 
 /// One layer of rays that do not start nearby.
 pub fn parallel_layer(setting: Setting) -> Layer {
-    Layer::everywhere(setting.axes_off_edges())
+    Layer::everywhere(setting.axes_rotated(Rotation::OffEdges))
 }
 
 /// Each layer, given by its axes, as a map; those without receivers are left out.

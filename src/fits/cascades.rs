@@ -3,9 +3,10 @@
 //! Fan Zhang, Hanqiu Sun, Leilei Xu, Lee Kit Lun. Parallel-split shadow maps for large-scale virtual environments.
 //! VRCIA 2006, section 3. Andrew Lauritzen, Marco Salvi, Aaron Lefohn. Sample distribution shadow maps. I3D 2011.
 
-use super::boxes::{Cut, cut_layers, layers_of_light};
+use super::boxes::{Cut, cut_layers, rotated_layers};
 use super::layer::Layer;
 use super::receivers::{ReceiverQueries, Setting};
+use super::rotation::Rotation;
 use super::samples::SampledReceivers;
 use super::snapping::stepped;
 use crate::error::Result;
@@ -38,6 +39,7 @@ pub struct Slabs {
     pub sample_resolution: u32,
     /// Whether slabs and texels hold still while the receivers move.
     pub snaps: bool,
+    pub rotation: Rotation,
 }
 
 /// The faces of a cube around a point are not split.
@@ -47,7 +49,7 @@ pub fn fit_cascades(
     resolution: u32,
 ) -> Result<Vec<Layer>> {
     let depths = split_depths(receivers, slabs)?;
-    let layers = slab_layers(receivers.setting(), &depths);
+    let layers = slab_layers(receivers.setting(), slabs.rotation, &depths);
     let cut = Cut::Receivers.snapped_where(slabs.snaps);
     cut_layers(receivers, layers, cut, resolution)
 }
@@ -113,8 +115,8 @@ fn depths_of(samples: &SampledReceivers) -> Vec<f64> {
 }
 
 /// The axes of a layer for each slab; the first and the last have no end.
-fn slab_layers(setting: Setting, depths: &[f64]) -> Vec<Layer> {
-    let layers = layers_of_light(setting);
+fn slab_layers(setting: Setting, rotation: Rotation, depths: &[f64]) -> Vec<Layer> {
+    let layers = rotated_layers(setting, rotation);
     let [layer] = &layers[..] else {
         return layers;
     };

@@ -7,7 +7,7 @@
 
 use super::parallel::{axes_at, moved};
 use super::receivers::Setting;
-use super::rotation::parallel_off_edges;
+use super::rotation::Rotation;
 use crate::projection::{Homography, Projection};
 use glam::{DMat3, DVec3};
 
@@ -62,14 +62,16 @@ impl Setting<'_> {
         self.axes_around(self.camera.eye, |axes| axes)
     }
 
-    /// The same, rotated off the scene's edges.
-    pub fn axes_off_edges(&self) -> Projection {
-        self.axes_around(self.camera.eye, |axes| parallel_off_edges(self.scene, axes))
+    /// The same, rotated.
+    pub fn axes_rotated(&self, rotation: Rotation) -> Projection {
+        let rotated = |axes| rotation.of_parallel(self.scene, axes);
+        self.axes_around(self.camera.eye, rotated)
     }
 
     /// The same around the scene.
-    pub fn axes_of_scene(&self) -> Projection {
-        self.axes_around(self.middle(), |axes| parallel_off_edges(self.scene, axes))
+    pub fn axes_of_scene(&self, rotation: Rotation) -> Projection {
+        let rotated = |axes| rotation.of_parallel(self.scene, axes);
+        self.axes_around(self.middle(), rotated)
     }
 
     fn axes_around(&self, origin: DVec3, turn: impl Fn(Projection) -> Projection) -> Projection {

@@ -1,21 +1,23 @@
 //! Uniform maps: over the whole scene, whatever the camera sees.
 
-use super::boxes::{layers_of_light, widest_place};
+use super::boxes::{Cut, cut_layers, rotated_layers, widest_place};
 use super::central::fit_square;
 use super::layer::Layer;
 use super::parallel::fit_box;
-use super::receivers::Setting;
+use super::receivers::{ReceiverQueries, Setting};
+use super::rotation::{Rotation, rotated};
+use crate::error::Result;
 use crate::geometry::bounds_of;
 use crate::projection::Projection;
 use crate::rounding::BOX_ROUNDING;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// One map over the box of the casters for parallel rays and for a light far away, one over a cone, six faces of a cube
 /// around a point.
-pub fn fit_scene(setting: Setting, resolution: u32) -> Vec<Layer> {
+pub fn fit_scene(setting: Setting, rotation: Rotation, resolution: u32) -> Vec<Layer> {
     if setting.near_position().is_none() {
-        let map = fit_uniform(setting, resolution);
+        let map = fit_casters(setting, &setting.axes_of_scene(rotation), resolution);
         return vec![Layer::everywhere(map)];
     }
     let whole = |Layer { projection, region }| {
@@ -23,13 +25,40 @@ pub fn fit_scene(setting: Setting, resolution: u32) -> Vec<Layer> {
         let projection = fit_square(&projection, widest, projection.far, resolution);
         Layer { projection, region }
     };
-    layers_of_light(setting).into_iter().map(whole).collect()
+    let layers = rotated_layers(setting, rotation).into_iter();
+    layers.map(whole).collect()
 }
 
-/// The map over the box of the casters: also what effective resolutions are measured by.
-pub fn fit_uniform(setting: Setting, resolution: u32) -> Projection {
+/// The same, without the faces of a cube that no receiver falls in: what a warp is laid over.
+pub fn fit_scene_of_receivers(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    rotation: Rotation,
+    resolution: u32,
+) -> Result<Vec<Layer>> {
+    let setting = receivers.setting();
+    match setting.near_position() {
+        None => Ok(fit_scene(setting, rotation, resolution)),
+        Some(_) => {
+            let layers = rotated_layers(setting, rotation);
+            cut_layers(receivers, layers, Cut::Whole, resolution)
+        }
+    }
+}
+
+/// One texel over the box of the casters along the rows and columns of another map: what effective resolutions are
+/// measured by.
+pub fn uniform_along(setting: Setting, map: &Projection) -> Projection {
+    let axes = setting.axes_of_scene(Rotation::By(0.0));
+    let along = DVec2::new(axes.x_axis.dot(map.x_axis), axes.y_axis.dot(map.x_axis));
+    let axes = along
+        .try_normalize()
+        .map_or(axes.clone(), |along| rotated(&axes, along));
+    fit_casters(setting, &axes, 1)
+}
+
+/// The map over the box of the casters, with those axes.
+fn fit_casters(setting: Setting, axes: &Projection, resolution: u32) -> Projection {
     let (low, high) = setting.scene.bounds();
-    let axes = setting.axes_of_scene();
     let vertices = setting.scene.vertices();
     let projected = |&i: &u32| axes.texel_from_point(vertices[i as usize]);
     let chunks = setting.scene.triangles().par_chunks(4096);
@@ -41,5 +70,5 @@ pub fn fit_uniform(setting: Setting, resolution: u32) -> Projection {
     let rounding =
         BOX_ROUNDING * ((high - low).length() + (setting.camera.eye - axes.origin).length());
     let (low, high) = (bounds.0 - rounding, bounds.1 + rounding);
-    fit_box(&axes, (low, high), low.z, resolution)
+    fit_box(axes, (low, high), low.z, resolution)
 }

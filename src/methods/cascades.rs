@@ -8,7 +8,7 @@
 //! Salvi, Aaron Lefohn. Sample distribution shadow maps. I3D 2011, for splits and boxes from the
 //! receivers.
 //!
-//! Parameters: those of every map, and `layers`, `splits`, `weight`, `sample_resolution`, `snap`.
+//! Parameters: those of every map, and `layers`, `splits`, `weight`, `sample_resolution`, `snap`, `rotation`.
 //!
 //! Limits: each layer has `resolution` texels along its sides, and is drawn on its own. The faces of a
 //! cube around a point are not split.
@@ -35,6 +35,7 @@ parameters! {
         pub weight: f64 = number(Some(0.5), FRACTION, ""),
         pub sample_resolution: u32 = SAMPLE_RESOLUTION,
         pub snap: bool = SNAP,
+        pub rotation: Option<f64> = ROTATION,
     }
 }
 
@@ -52,6 +53,7 @@ impl ShadowMethod for Cascades {
             weight: self.weight,
             sample_resolution: self.sample_resolution,
             snaps: self.snap,
+            rotation: self.rotation.into(),
         };
         let layers = fit_cascades(view, slabs, self.map.resolution)?;
         mapped_shadows(view, self.map.settings(), layers)

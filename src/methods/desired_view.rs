@@ -6,7 +6,7 @@
 //! Tools 7(4), 2002, section 3. It is the "desired view" of Paul Rosen. Rectilinear texture warping
 //! for fast adaptive shadow mapping. I3D 2012, section 5.
 //!
-//! Parameters: those of every map, and `snap`.
+//! Parameters: those of every map, and `snap`, `rotation`.
 //!
 //! Limits: texels are spread evenly over the view; near receivers get no more than far ones.
 
@@ -16,6 +16,7 @@ parameters! {
     pub struct DesiredView {
         pub map: MapParameters,
         pub snap: bool = SNAP,
+        pub rotation: Option<f64> = ROTATION,
     }
 }
 
@@ -27,7 +28,8 @@ impl ShadowMethod for DesiredView {
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let cut = Cut::Receivers.snapped_where(self.snap);
-        let layers = fit_boxes(view, Turn::Still, cut, self.map.resolution)?;
+        let turn = Turn::Still(self.rotation.into());
+        let layers = fit_boxes(view, turn, cut, self.map.resolution)?;
         mapped_shadows(view, self.map.settings(), layers)
     }
 }

@@ -5,22 +5,35 @@ use super::prelude::*;
 use super::scene_optimized::SceneOptimized;
 use super::{cube, dual_paraboloid, spot};
 use crate::fits::improved_paraboloid::{Zoom, fit_improved_paraboloid};
+use crate::fits::rotation::Rotation;
+use crate::fits::uniform::fit_scene_of_receivers;
 use glam::DMat3;
 
-/// The maps around the receivers, for a cut and a resolution. A layer without receivers is left out.
-type Layers = fn(&mut dyn FitQueries<'_>, Cut, u32) -> Result<Vec<Layer>>;
+/// What the maps of a fit are made for.
+#[derive(Clone, Copy)]
+pub struct Wanted {
+    pub cut: Cut,
+    pub rotation: Rotation,
+    pub resolution: u32,
+}
+
+/// The maps around the receivers. A layer without receivers is left out.
+type Layers = fn(&mut dyn FitQueries<'_>, Wanted) -> Result<Vec<Layer>>;
 
 /// Which maps there are, before they are warped.
 #[derive(Clone, Copy)]
 pub struct Fit {
     /// Its maps do not turn with the receivers, so that their texels can hold still.
     pub holds_still: bool,
+    /// They take a rotation of the light's plane.
+    pub rotates: bool,
     pub layers: Layers,
 }
 
 const fn still(layers: Layers) -> Fit {
     Fit {
         holds_still: true,
+        rotates: false,
         layers,
     }
 }
@@ -28,7 +41,14 @@ const fn still(layers: Layers) -> Fit {
 const fn turning(layers: Layers) -> Fit {
     Fit {
         holds_still: false,
-        layers,
+        ..still(layers)
+    }
+}
+
+const fn rotating(layers: Layers) -> Fit {
+    Fit {
+        rotates: true,
+        ..still(layers)
     }
 }
 
@@ -37,37 +57,50 @@ pub const FITS: Choices<Fit> = &[
     // The light's own: one map for parallel rays or a cone, faces of a cube for a point.
     (
         "desired_view",
-        still(|view, cut, size| fit_boxes(view, Turn::Still, cut, size)),
+        rotating(|view, wanted| {
+            let turn = Turn::Still(wanted.rotation);
+            fit_boxes(view, turn, wanted.cut, wanted.resolution)
+        }),
     ),
-    // The same, turned as the smallest rectangle around the receivers.
+    // Over the whole scene.
+    (
+        "uniform",
+        rotating(|view, wanted| fit_scene_of_receivers(view, wanted.rotation, wanted.resolution)),
+    ),
+    // The same as the first, turned as the smallest rectangle around the receivers.
     (
         "min_sm",
-        turning(|view, cut, size| fit_boxes(view, Turn::SmallestRectangle, cut, size)),
+        turning(|view, wanted| {
+            fit_boxes(view, Turn::SmallestRectangle, wanted.cut, wanted.resolution)
+        }),
     ),
     // The same, turned along the principal axes of the receivers.
     (
         "principal_axes",
-        turning(|view, cut, size| fit_boxes(view, Turn::PrincipalAxes, cut, size)),
+        turning(|view, wanted| fit_boxes(view, Turn::PrincipalAxes, wanted.cut, wanted.resolution)),
     ),
     (
         "lispsm",
-        turning(|view, _, size| LightSpacePerspective::defaults().fit(view, size)),
+        turning(|view, wanted| LightSpacePerspective::defaults().fit(view, wanted.resolution)),
     ),
     (
         "scene_optimized",
-        turning(|view, _, size| SceneOptimized::defaults().fit(view, size)),
+        turning(|view, wanted| SceneOptimized::defaults().fit(view, wanted.resolution)),
     ),
     (
         "cube",
-        still(|view, cut, size| cube::fit(view, DMat3::IDENTITY, cut, size)),
+        still(|view, wanted| cube::fit(view, DMat3::IDENTITY, wanted.cut, wanted.resolution)),
     ),
     (
         "dual_paraboloid",
-        still(|view, cut, size| dual_paraboloid::fit(view, cut, size)),
+        still(|view, wanted| dual_paraboloid::fit(view, wanted.cut, wanted.resolution)),
     ),
     (
         "improved_paraboloid",
-        turning(|view, _, size| fit_improved_paraboloid(view, Zoom::Receivers, size)),
+        turning(|view, wanted| fit_improved_paraboloid(view, Zoom::Receivers, wanted.resolution)),
     ),
-    ("spot", still(|view, cut, size| spot::fit(view, cut, size))),
+    (
+        "spot",
+        still(|view, wanted| spot::fit(view, wanted.cut, wanted.resolution)),
+    ),
 ];

@@ -15,7 +15,7 @@
 //! Tomáš Milet, Jan Navrátil, Pavel Zemčík. An improved non-orthogonal texture warping for better
 //! shadow rendering. WSCG 2015, Eq. 1-6; Navrátil's thesis, chapter 4. Rasterization is exact here.
 //!
-//! Parameters: those of every map and of the analysis (importance.rs), and `fit`, `snap`,
+//! Parameters: those of every map and of the analysis (importance.rs), and `fit`, `snap`, `rotation`,
 //! `importance_resolution`, `function_count`, `smoothing`, `exponent`, `even_share`.
 //!
 //! Limits: memory and time of the analysis grow with the square of `importance_resolution`.
@@ -53,7 +53,7 @@ impl ShadowMethod for NonOrthogonalWarp {
          non-orthogonal texture warping for better shadow rendering. WSCG.";
 
     fn check(&self) -> Result<()> {
-        let (cells, functions) = (self.given.importance_resolution, self.functions());
+        let (cells, functions) = (self.cells(), self.functions());
         ensure_value!(
             functions <= cells,
             "function_count must be at most importance_resolution, {cells}, got {functions}"
@@ -68,7 +68,7 @@ impl ShadowMethod for NonOrthogonalWarp {
     }
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let (map, cells) = (self.map.settings(), self.given.importance_resolution);
+        let (map, cells) = (self.map.settings(), self.cells());
         let layers = self.given.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let unit = analysis.count_unit(view.setting().camera.pixel_count());
@@ -103,9 +103,14 @@ impl ShadowMethod for NonOrthogonalWarp {
 }
 
 impl NonOrthogonalWarp {
+    /// Along each side of the map of counts.
+    fn cells(&self) -> u32 {
+        self.given.cells(self.map.resolution)
+    }
+
     /// Functions along each axis.
     fn functions(&self) -> u32 {
-        let cells = self.given.importance_resolution;
+        let cells = self.cells();
         let most = match self.map.rasterization {
             Rasterization::Exact => FUNCTION_COUNT,
             // Straight edges come near the warp's only where neighbouring functions are alike.
@@ -115,7 +120,7 @@ impl NonOrthogonalWarp {
     }
 
     fn fit_of_counts(&self) -> CountFit {
-        let cells = f64::from(self.given.importance_resolution);
+        let cells = f64::from(self.cells());
         // Rows that share a function are averaged already.
         let width = cells / 32.0 - cells / f64::from(self.functions());
         CountFit {

@@ -92,6 +92,9 @@ pub const SAMPLE_RESOLUTION: Parameter = count(Some(180), MAX_RESOLUTION, "pixel
 /// By how much of its size a map is widened: between two samples something may stick out.
 pub const MARGIN: Parameter = number(Some(0.02), FRACTION, "sides of the map");
 
+/// Of the map's plane around the light's direction; `None` for off the scene's edges.
+pub const ROTATION: Parameter = number(None, NON_NEGATIVE, "radians");
+
 /// Whether texels hold still while the receivers move.
 pub const SNAP: Parameter = flag(false);
 

@@ -2,7 +2,7 @@
 
 pub(crate) use super::method::{ShadowMethod, mapped_shadows};
 pub(crate) use super::parameters::{
-    FitParameters, MARGIN, MapParameters, SAMPLE_RESOLUTION, SNAP, position_of,
+    FitParameters, MARGIN, MapParameters, ROTATION, SAMPLE_RESOLUTION, SNAP, position_of,
 };
 pub(crate) use super::schema::{
     Choices, FRACTION, NON_NEGATIVE, ParameterGroup, Rule, count, flag, number, optional,

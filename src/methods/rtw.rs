@@ -8,7 +8,7 @@
 //! Rasterization is exact here, not with the straight edges of section 6.1.
 //!
 //! Parameters: those of every map and of the analysis (importance.rs), and `analysis`, `fit`, `snap`,
-//! `importance_resolution`, `blur`.
+//! `rotation`, `importance_resolution`, `blur`.
 //!
 //! Limits: what is important in one row makes all columns that it spans important in every row.
 
@@ -57,7 +57,8 @@ impl ShadowMethod for RectilinearWarp {
     }
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let (map, cells) = (self.map.settings(), self.given.importance_resolution);
+        let map = self.map.settings();
+        let cells = self.given.cells(self.map.resolution);
         let layers = self.given.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let mut warped = Vec::new();

@@ -15,8 +15,10 @@ use std::sync::Arc;
 pub struct Parameter {
     pub name: &'static str,
     pub rule: Rule,
-    /// What it is where it is left out; where this is `None` the parameter may be `None`.
+    /// What it is where it is left out; where this is `None` the parameter may be `None`, too.
     pub default: Value,
+    /// Whether it may be `None` though its default is not.
+    may_be_none: bool,
     /// Empty where it has none.
     pub unit: &'static str,
 }
@@ -92,6 +94,13 @@ pub const fn count(default: Option<u32>, max: u32, unit: &'static str) -> Parame
     parameter(Rule::Count { max }, default, unit)
 }
 
+/// A count that may also be `None`.
+pub const fn count_or_none(default: u32, max: u32, unit: &'static str) -> Parameter {
+    let mut parameter = count(Some(default), max, unit);
+    parameter.may_be_none = true;
+    parameter
+}
+
 pub const fn number(default: Option<f64>, rule: Rule, unit: &'static str) -> Parameter {
     let default = match default {
         Some(value) => Value::Float(value),
@@ -114,6 +123,7 @@ const fn parameter(rule: Rule, default: Value, unit: &'static str) -> Parameter 
         name: "",
         rule,
         default,
+        may_be_none: false,
         unit,
     }
 }
@@ -172,7 +182,7 @@ impl Parameter {
     }
 
     pub fn is_optional(&self) -> bool {
-        self.default == Value::None
+        self.may_be_none || self.default == Value::None
     }
 
     /// The value as the parameter keeps it: an integer as a number where a number is asked for.

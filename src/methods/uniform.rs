@@ -5,7 +5,7 @@
 //!
 //! Lance Williams. Casting curved shadows on curved surfaces. SIGGRAPH 1978.
 //!
-//! Parameters: those of every map.
+//! Parameters: those of every map, and `rotation`.
 //!
 //! Limits: a large scene leaves few texels to what is in view.
 
@@ -16,6 +16,7 @@ use crate::gpu::passes::receivers;
 parameters! {
     pub struct Uniform {
         pub map: MapParameters,
+        pub rotation: Option<f64> = ROTATION,
     }
 }
 
@@ -26,7 +27,7 @@ impl ShadowMethod for Uniform {
         "Williams, L. 1978. Casting curved shadows on curved surfaces. SIGGRAPH.";
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let layers = fit_scene(view.setting(), self.map.resolution);
+        let layers = fit_scene(view.setting(), self.rotation.into(), self.map.resolution);
         view.skip(receivers::LABEL);
         mapped_shadows(view, self.map.settings(), layers)
     }

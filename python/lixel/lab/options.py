@@ -14,7 +14,7 @@ from typing import Any
 from ..camera import Camera
 from ..light import Light
 from ..load import FORMATS
-from ..methods import METHODS, Method, method_from
+from ..methods import METHODS, PAPERS, Method, method_from
 from ..scene import Scene
 from ..scenes import GENERATORS
 from .report import table
@@ -32,6 +32,11 @@ VIEWS_HELP = """file with cameras (eye, target, up, fov_y_deg) and lights (kind,
 instead of the scene's own; in a list of such objects, the one whose "file" is the scene's name"""
 
 SCENE_HELP = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENERATORS)}"
+
+METHOD_HELP = (
+    f"one of {', '.join(METHODS)}, or a composition such as cube+notw; followed by @published, or "
+    f"by @ and one of {', '.join(PAPERS)}, as a paper has it"
+)
 
 DEFAULT_SCENE = "colonnade"
 
@@ -109,15 +114,13 @@ def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
     """`--method`, a list."""
     parser.add_argument(
         "--method", action="append", metavar="NAME",
-        help=f"one of {', '.join(METHODS)}; {MORE}; default: {default}",
+        help=f"{METHOD_HELP}; {MORE}; default: {default}",
     )  # fmt: skip
 
 
 def add_one_method(parser: argparse.ArgumentParser, resolution: int | None = None) -> None:
     """`--method` and `--resolution`, one of each, and `--set`."""
-    parser.add_argument(
-        "--method", default="desired_view", metavar="NAME", help=f"one of {', '.join(METHODS)}"
-    )
+    parser.add_argument("--method", default="desired_view", metavar="NAME", help=METHOD_HELP)
     parser.add_argument(
         "--resolution", type=int, default=resolution, metavar="N",
         help=f"texels along a side of the map; default: {resolution or 'that of the method'}",

@@ -101,8 +101,8 @@ def study(
     pandas.DataFrame
         A row for each case, and for each device where a study went on elsewhere:
 
-        - ``scene``, ``camera``, ``light``, ``light_kind``, ``method`` and every parameter;
-          ``width``, ``height``, ``triangles``; ``case``, a hash of all that the case depends on.
+        - ``scene``, ``camera``, ``light``, ``light_kind``, ``method``, ``published`` (in which
+          paper), every parameter; ``width``, ``height``, ``triangles``; ``case``, a hash of these.
         - ``repeats``: timed frames. ``gpu_ms``: median over them of the sum of all passes, on any
           device, with quartiles ``gpu_ms_q1`` and ``gpu_ms_q3``; likewise ``wall_ms``, from the
           call to the array in memory; ``pass_ms.NAME``: median for each pass.
@@ -142,7 +142,7 @@ def study(
 def summary(table: pandas.DataFrame, parameters: Iterable[str] = ()) -> list[dict[str, Any]]:
     """The columns to look at first and those of some parameters, as rows for a text table."""
     columns = {
-        **{name: name for name in ("scene", "camera", "light", "method", *parameters)},
+        **{name: name for name in ("scene", "camera", "light", "method", "published", *parameters)},
         "gpu_ms": "ms",
         "gpu_ms_q1": "from",
         "gpu_ms_q3": "to",
@@ -267,6 +267,7 @@ def _rows(case: Case, records: Sequence[Record]) -> Iterator[dict[str, Any]]:
             "light": case.light_name,
             "light_kind": type(case.light).__name__,
             "method": case.method.name,
+            "published": case.method.published_in,
             **{name: cell(value) for name, value in case.method.parameters().items()},
             "width": case.camera.width,
             "height": case.camera.height,

@@ -7,6 +7,7 @@ default and rule; the classes here give it types and documentation, and tests ho
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias, cast, get_args
 
@@ -14,6 +15,7 @@ from .auto import Auto as Auto
 from .base import (
     BoxMethod as BoxMethod,
     Pcf as Pcf,
+    RotatedMethod as RotatedMethod,
     ShadowMapMethod as ShadowMapMethod,
     ShadowMethod as ShadowMethod,
 )
@@ -36,6 +38,12 @@ from .omnidirectional import (
     DualParaboloid as DualParaboloid,
     ImprovedParaboloid as ImprovedParaboloid,
     Spot as Spot,
+)
+from .published import (
+    PAPERS as PAPERS,
+    PUBLISHED as PUBLISHED,
+    PublishedValue as PublishedValue,
+    published_values as published_values,
 )
 from .warps import (
     Fit as Fit,
@@ -90,7 +98,9 @@ def method_from(method: str | Method) -> Method:
     ----------
     method : str or method object
         A name, ``"auto"``, or a composition of names joined by ``+``: ``"min_sm+notw"`` is
-        ``NonOrthogonalWarp(fit="min_sm")``.
+        ``NonOrthogonalWarp(fit="min_sm")``. Followed by ``@published``, or by ``@`` and a key of
+        `PAPERS`, it is the method as a paper has it, see `ShadowMethod.published`:
+        ``"rtw@published"``, ``"rtw@milet-2015"``, ``"cube+notw@published"``.
 
     Raises
     ------
@@ -112,6 +122,9 @@ def method_from(method: str | Method) -> Method:
         return Auto()
     if method in METHODS:
         return METHODS[method]()
+    plain, separator, paper = (part.strip() for part in method.partition("@"))
+    if separator:
+        return _published(plain, paper)
     parts = [part.strip() for part in method.split("+")]
     if len(parts) == 2 and parts[0] in get_args(Fit) and parts[1] in WARPS:
         return WARPS[parts[1]](fit=cast(Fit, parts[0]))
@@ -122,3 +135,10 @@ def method_from(method: str | Method) -> Method:
         f"method must be one of {known}, got {method!r}"
         + (f", where {unknown[0]!r} is unknown" if len(parts) > 1 else "")
     )
+
+
+def _published(name: str, paper: str) -> Method:
+    """The method or composition of that name as a paper has it."""
+    default = method_from(name)
+    values = published_values("+".join(part.strip() for part in name.split("+")), paper)
+    return replace(default, **{key: given.value for key, given in values.items()})

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias, TypeVar
 
 from .. import _core
 from ..light import LIGHTS, Light
+from .published import PUBLISHED, PUBLISHED_NAME, published_values
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Rasterization: TypeAlias = Literal["exact", "linear"]
 Lookup: TypeAlias = Literal["auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
 Space: TypeAlias = Literal["warped", "unwarped"]
+
+Own = TypeVar("Own", bound="ShadowMethod")
 
 
 class Checked:
@@ -97,14 +100,63 @@ class ShadowMethod(Checked):
     lights: ClassVar[tuple[type[Light], ...]] = LIGHTS
     """The kinds of light that the method is made for."""
 
+    @classmethod
+    def published(cls: type[Own], *, paper: str | None = None, **changes: Any) -> Own:
+        """The method as a paper has it; the class itself has the defaults, which may be better.
+
+        ``"rtw@published"`` and ``"rtw@milet-2015"`` are its names wherever a method has a name.
+        `lixel.methods.PUBLISHED` holds each value with the section or the equation that it is
+        from, and says which ones the paper leaves open; a method's page lists them.
+
+        Parameters
+        ----------
+        paper : str, optional
+            A key of `lixel.methods.PAPERS`. None: the method's own paper.
+        **changes
+            Parameters that are to differ from the paper's. With a `fit` that a paper joins with the
+            warp, the values are those of the composition.
+
+        Raises
+        ------
+        ValueError
+            No paper runs the method, or not this one; or a wrong value.
+        """
+        composition = f"{changes.get('fit')}+{cls.name}"
+        name = composition if composition in PUBLISHED else cls.name
+        values = {key: given.value for key, given in published_values(name, paper).items()}
+        return cls(**{**values, **changes})
+
     def takes(self, light: Light) -> bool:
         """Whether the method, with its parameters, is made for the light."""
         return isinstance(light, self.lights)
 
     @property
-    def spelling(self) -> str:
-        """What `method_from` calls it: its name, or a composition such as ``"cube+notw"``."""
+    def composition(self) -> str:
+        """Its name, or a composition such as ``"cube+notw"``, whatever its other parameters."""
         return self.name
+
+    @property
+    def published_in(self) -> str | None:
+        """The paper whose values the method has, whatever its resolution; None where there is none,
+        or where a paper says nothing of the parameters."""
+        for paper, given in PUBLISHED.get(self._published_name, {}).items():
+            values = {name: value for name, (value, *_) in given.items()}
+            if values and self == type(self)(**{**values, "resolution": self.map_resolution}):
+                return paper
+        return None
+
+    @property
+    def spelling(self) -> str:
+        """What `method_from` calls it: ``"rtw"``, ``"cube+notw"``, ``"rtw@published"``."""
+        paper = self.published_in
+        if paper is None:
+            return self.composition
+        is_own = paper == next(iter(PUBLISHED[self._published_name]))
+        return f"{self._published_name}@{PUBLISHED_NAME if is_own else paper}"
+
+    @property
+    def _published_name(self) -> str:
+        return self.composition if self.composition in PUBLISHED else self.name
 
     @property
     def map_resolution(self) -> int | None:
@@ -151,6 +203,8 @@ class ShadowMapMethod(ShadowMethod):
              of the weight is enough.
           4. Otherwise lit.
         - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
+
+        The triangle in a texel, and those of its neighbours, are what Dai, Yang and Feng test, too.
     bias : {"auto", "constant", "slope", "receiver_plane"}
         How far a receiver may lie behind the depth of its texel and still be lit.
 
@@ -173,6 +227,12 @@ class ShadowMapMethod(ShadowMethod):
         An unknown parameter, or one of the wrong kind.
     ValueError
         A value out of range; the message names the parameter, the rule and the value.
+
+    References
+    ----------
+    For the triangle lookups Q. Dai, B. Yang, J. Feng, "Reconstructable geometry shadow maps", I3D
+    2008; P. Lecocq, J.-E. Marvie, G. Sourimant, P. Gautron, "Sub-pixel shadow
+    mapping", I3D 2014.
     """
 
     resolution: int = 1024
@@ -182,6 +242,24 @@ class ShadowMapMethod(ShadowMethod):
     bias: Bias = "auto"
     constant_bias: float | None = None
     slope_bias: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RotatedMethod(ShadowMapMethod):
+    """The base class of the methods whose maps a rule rotates around the light's direction.
+
+    Parameters
+    ----------
+    rotation : float, optional
+        Of the map's rows and columns around the light's direction, in radians, from where the
+        world's Y is up in the map (Z, under a light along Y); quarters of a turn make no
+        difference. None: off the dominant edges of the scene, see `DesiredView`. The faces of a
+        cube around a light are not rotated.
+
+    The others are those of `ShadowMapMethod`.
+    """
+
+    rotation: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

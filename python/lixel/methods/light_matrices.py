@@ -90,7 +90,8 @@ class LightSpacePerspective(LightMatrixMethod):
               n = (z_n + \\sqrt{z_n z_f}) / \\sin \\gamma
 
     where :math:`\\gamma` is the angle between view and light, and :math:`z_n, z_f` are the depths
-    of what is seen.
+    of what is seen. Unlike in the paper, :math:`z_n` is at least a twentieth of the farthest depth,
+    so that an eye inside of what is seen has no apex beside it.
 
     Limits: the smaller the angle between light and view, the less there is to gain; along the view
     the map is that of `Focused`.
@@ -187,6 +188,11 @@ class SceneOptimized(ShadowMapMethod):
     (Eq. 6): how many pixels share a texel. The optical axis, row 4 of the matrix, is searched for;
     for each one tried, rows 1 and 2 follow from the smallest rectangle around the samples' hull.
     It is never worse than `Focused` by this measure.
+
+    This differs from the paper in three ways. The sum is over at most 400 samples, evenly chosen.
+    Samples whose surface is within three degrees of edge-on to the light are left out of it: one
+    weighs as much as all the others. And the first map, which finds the boundaries, is a focused
+    one in every frame, where the paper takes the last frame's map and a plain one every few frames.
 
     Limits: a first map finds the boundaries, and the CPU waits for the GPU in between. A shadow
     that no sample meets may be off the map, and then is lit.

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal, TypeAlias
 
-from .base import BoxMethod, ShadowMapMethod
+from .base import BoxMethod, RotatedMethod, ShadowMapMethod
 
 Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic", "uniform"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Uniform(ShadowMapMethod):
+class Uniform(RotatedMethod):
     """One map over all casters, with texels of one size.
 
     The light's orthographic box holds every triangle of the scene, so the map does not depend on
@@ -26,7 +26,7 @@ class Uniform(ShadowMapMethod):
     Limits: most texels cover what the camera does not see. In a large scene a texel spans many
     pixels, and shadow edges look like stairs.
 
-    Parameters are those of `ShadowMapMethod`.
+    Parameters are those of `RotatedMethod`.
 
     References
     ----------
@@ -42,7 +42,7 @@ class Uniform(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DesiredView(BoxMethod):
+class DesiredView(BoxMethod, RotatedMethod):
     """One map over the box of the visible receivers that face the light.
 
     As `Uniform`, but the box across the light holds only the visible receivers that face the light
@@ -60,7 +60,7 @@ class DesiredView(BoxMethod):
     Limits: texels have one size, so near receivers get too few when far ones widen the box. The map
     moves with the camera, and shadow edges flicker without `snap`.
 
-    Parameters are those of `BoxMethod`.
+    Parameters are those of `BoxMethod` and `RotatedMethod`.
 
     References
     ----------
@@ -111,7 +111,7 @@ class MinimalShadowMap(ShadowMapMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cascades(BoxMethod):
+class Cascades(BoxMethod, RotatedMethod):
     """The view is split into slabs of depth, each with a map over the box of its receivers.
 
     With z from the near to the far end of what is split, slab i of m ends at
@@ -140,7 +140,7 @@ class Cascades(BoxMethod):
         Texel snapping, see `BoxMethod`, of every layer; slabs that the receivers bound end at
         powers of the fourth root of 2, in units of the world.
 
-    The others are those of `ShadowMapMethod`.
+    The others are those of `RotatedMethod`.
 
     References
     ----------

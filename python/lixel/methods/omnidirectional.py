@@ -114,7 +114,8 @@ class ImprovedParaboloid(ShadowMapMethod):
     .. math:: C = \\operatorname{norm} \\sum_j D_j, \\quad F = \\max_j \\angle (D_j, C)
 
     (Eq. 1 and 2), by the zoom factor :math:`Z = \\sin F / (1 + \\cos F)` (section 3.3). A light at
-    infinity is the limit: a square around the corners across the light.
+    infinity is the limit: a square around the corners across the light, and `MinimalShadowMap` for
+    ``cut="receivers"``. Eq. 2 is printed as a maximum of dot products; the largest angle is meant.
 
     Limits: where the light is inside the truncated frustum, or the cone is wider than a hemisphere,
     ``"frustum"`` is the same as `DualParaboloid`. The other cuts use one map if a hemisphere holds

@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..light import Light
-from .base import BoxMethod
+from .base import BoxMethod, RotatedMethod
 from .omnidirectional import Cube, DualParaboloid, Spot
 
 Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
 Fit: TypeAlias = Literal[
     "desired_view",
+    "uniform",
     "min_sm",
     "principal_axes",
     "lispsm",
@@ -42,7 +43,7 @@ class OldMaps(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WarpMethod(BoxMethod):
+class WarpMethod(BoxMethod, RotatedMethod):
     """The base class of the warps: the fit of the map, and the importance of receivers.
 
     Parameters
@@ -54,9 +55,12 @@ class WarpMethod(BoxMethod):
         - ``"desired_view"`` (rtw) or ``"count"`` (notw): 1 for every receiver.
         - ``"distance"`` (rtw): one over its distance along the viewing direction (Rosen, 5.2),
           times the width of the texel that the fit gives it: a perspective has done its part.
+          Rosen's 1 - depth is in proportion to 1/z - 1/zfar, which is the same for a far ``zfar``.
         - ``"shadow_edge"``: 1 where the depth seen from the light differs by more than `edge_bias`
           from that of one of the eight texels around, `edge_floor` elsewhere (5.3).
-        - ``"normal"``: 1 + `normal_bonus` times the cosine between normal and view (5.4).
+        - ``"normal"``: 1 + `normal_bonus` times the cosine between normal and view (5.4), of each
+          pixel's own ray; Rosen takes one viewing direction. In forward analysis a surface that
+          faces away from the camera counts as one that faces it; Rosen clamps the cosine to 0.
         - ``"boundary"``: `boundary_weight` for receivers within 4 to 8 pixels of the boundary of a
           shadow, 1 elsewhere; a first pass without a warp finds the boundaries (after Chong and
           Gortler). It does harm where the first pass misses the shadows.
@@ -75,10 +79,12 @@ class WarpMethod(BoxMethod):
     map_weights : (h, w) array, optional
         One more factor for each cell of a grid of any size over the fitted map (every layer's), row
         0 at its top; finite, not negative.
-    importance_resolution : int
-        Cells along each side of the importance map.
+    importance_resolution : int, optional
+        Cells along each side of the importance map. None: as many as the map has texels.
     fit : str
-        The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`;
+        The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`, and
+        ``"uniform"`` that of `Uniform`, as Rosen has it (4.1): what no receiver falls in gets no
+        texel by its importance alone;
         ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
         axes of the receivers. ``"lispsm"`` and ``"scene_optimized"`` are the maps of
         `LightSpacePerspective` and `SceneOptimized`; ``"cube"``, ``"dual_paraboloid"``,
@@ -86,7 +92,11 @@ class WarpMethod(BoxMethod):
         of its receivers.
     snap : bool
         Texel snapping of the map that is warped, see `BoxMethod`; with the fits
-        ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``.
+        ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``; that of ``"uniform"``
+        holds still anyway.
+    rotation : float, optional
+        Of the map that is warped, see `RotatedMethod`; with the fits ``"desired_view"`` and
+        ``"uniform"``.
     previous : Frame, optional
         The previous frame, of the same method. Its importance maps are blended in, so that the warp
         follows the view slowly (Rosen, 5.5). Each layer uses the old layer that lies nearest; what
@@ -107,7 +117,7 @@ class WarpMethod(BoxMethod):
     boundary_weight: float = 20.0
     pixel_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
     map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
-    importance_resolution: int = 512
+    importance_resolution: int | None = 512
     fit: Fit = "desired_view"
     previous: Any = field(default=None, compare=False, repr=False)
     blend: float = 0.5
@@ -117,8 +127,8 @@ class WarpMethod(BoxMethod):
         return isinstance(light, _LIGHTS_OF_FITS.get(self.fit, self.lights))
 
     @property
-    def spelling(self) -> str:
-        """What `method_from` calls it: its name, or a composition such as ``"cube+notw"``."""
+    def composition(self) -> str:
+        """Its name, or a composition such as ``"cube+notw"``, whatever its other parameters."""
         return self.name if self.fit == "desired_view" else f"{self.fit}+{self.name}"
 
     def __post_init__(self) -> None:
@@ -217,8 +227,9 @@ class NonOrthogonalWarp(WarpMethod):
     importance : str or sequence of str
         A product of ``"count"``, ``"normal"``, ``"shadow_edge"`` and ``"boundary"``, see
         `WarpMethod`: what each receiver counts.
-    importance_resolution : int
-        Cells along each side of the map where receivers are counted, and of each function.
+    importance_resolution : int, optional
+        Cells along each side of the map where receivers are counted, and of each function. None,
+        the papers': as many as the map has texels.
     function_count : int, optional
         Functions along each axis, at most `importance_resolution`, which is the papers'. None: 16,
         or as many as there are cells; with ``rasterization="linear"`` all of them, because its
@@ -240,7 +251,8 @@ class NonOrthogonalWarp(WarpMethod):
     References
     ----------
     T. Milet, J. Navrátil, P. Zemčík, "An improved non-orthogonal texture warping for better shadow
-    rendering", WSCG 2015; J. Navrátil's doctoral thesis, chapter 4.
+    rendering", WSCG 2015; J. Navrátil's doctoral thesis, Brno University of Technology,
+    chapter 4, Eq. 4.1-4.6.
 
     Examples
     --------

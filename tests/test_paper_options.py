@@ -1,0 +1,155 @@
+"""Options that the papers have beside lixel's defaults: each formula is computed anew in numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from views import small
+
+import lixel as lx
+
+DIRECTION = np.array([0.5, -1.0, 0.3]) / np.linalg.norm([0.5, -1.0, 0.3])
+SUN = lx.DirectionalLight(DIRECTION)
+# A quarter of a turn and more comes to the same as less.
+ANGLES = {0.0: 0.0, 0.3: 0.3, 0.75: 0.75, 2.0: 2.0 - np.pi / 2}
+ROTATED = {
+    "uniform": lx.Uniform,
+    "desired_view": lx.DesiredView,
+    "cascades": lx.Cascades,
+    "rtw": lx.RectilinearWarp,
+    "uniform+notw": lambda **given: lx.NonOrthogonalWarp(fit="uniform", **given),
+}
+
+
+@pytest.fixture(scope="module")
+def city() -> tuple[lx.Scene, lx.Camera]:
+    scene = small("city")
+    return scene, scene.cameras["default"].resized(160, 90)
+
+
+def axes_of_sun() -> np.ndarray:
+    """Right and down in a map in which the world's Y is up."""
+    right = np.cross(DIRECTION, (0.0, 1.0, 0.0))
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(DIRECTION, right)])
+
+
+def rows_of(frame: lx.Frame, layer: int = 0) -> np.ndarray:
+    """The directions of a map's rows and columns in the world."""
+    rows = frame.light_matrix[layer][:2, :3]
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def box_of(frame: lx.Frame, layer: int, axes: np.ndarray) -> np.ndarray:
+    """Least and greatest place of a parallel map's borders along two directions."""
+    matrix, side = frame.light_matrix[layer], frame.shadow_map.shape[-1]
+    scale = np.linalg.norm(matrix[:2, :3], axis=1)
+    # A point of the map's first row and column, and of its last.
+    corner = -matrix[:2, 3] / scale
+    return np.stack([corner, corner + side / scale]) @ (rows_of(frame, layer) @ axes.T)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("name", ROTATED)
+def test_a_map_is_rotated_by_the_angle_from_where_the_world_stands_up(name, angle, city):
+    right, down = axes_of_sun()
+    turn = ANGLES[angle]
+    expected = (
+        right * np.cos(turn) + down * np.sin(turn),
+        down * np.cos(turn) - right * np.sin(turn),
+    )
+    frame = lx.render(*city, SUN, ROTATED[name](rotation=angle, resolution=64))
+    for layer in range(len(frame.light_matrix)):
+        assert np.allclose(rows_of(frame, layer), expected, atol=1e-9)
+
+
+def test_a_rotated_map_is_the_box_along_its_own_axes(city):
+    scene, camera = city
+    for angle in (0.0, 0.6):
+        uniform = lx.render(scene, camera, SUN, lx.Uniform(rotation=angle, resolution=64))
+        view = lx.render(scene, camera, SUN, lx.DesiredView(rotation=angle, resolution=64))
+        axes = rows_of(uniform)
+        for frame, points in (
+            (uniform, scene.vertices[scene.faces].reshape(-1, 3)),
+            (view, view.position[view.facing]),
+        ):
+            places = points @ axes.T
+            expected = np.stack([places.min(axis=0), places.max(axis=0)])
+            assert np.allclose(box_of(frame, 0, axes), expected, atol=1e-3 * np.ptp(expected))
+    default = lx.render(scene, camera, SUN, lx.Uniform(resolution=64))
+    assert not np.allclose(rows_of(default), axes_of_sun(), atol=0.01)
+
+
+def test_the_effective_resolution_is_of_a_map_along_the_same_rows(city):
+    """A uniform map matches itself, however it is rotated; a smaller one by its sides."""
+    scene, camera = city
+    for angle in (0.0, 0.4, 0.7):
+        frame = lx.render(scene, camera, SUN, lx.Uniform(rotation=angle, resolution=64))
+        assert frame.max_effective_resolution == pytest.approx((64, 64), rel=1e-6)
+    frame = lx.render(scene, camera, SUN, lx.MinimalShadowMap(resolution=64))
+    rows = rows_of(frame)
+    across = np.ptp(scene.vertices[scene.faces].reshape(-1, 3) @ rows.T, axis=0)
+    texels = np.linalg.norm(frame.light_matrix[0][:2, :3], axis=1)
+    assert frame.max_effective_resolution == pytest.approx(tuple(across * texels), rel=1e-4)
+
+
+def test_a_spot_lights_map_is_rotated_and_a_cubes_faces_are_not(city):
+    low, high = city[0].bounds
+    place = (low + high) / 2 + (0.0, 0.7 * (high - low)[1], 0.0)
+    spot = lx.SpotLight(place, (0.2, -1.0, 0.1), 0.6)
+    rows = [
+        rows_of(lx.render(*city, spot, lx.DesiredView(rotation=angle, resolution=64)))
+        for angle in (0.0, 0.5)
+    ]
+    turn = np.cross(rows[0][0], rows[1][0])
+    # Rows of a perspective lean to its axis: the angle between them is that of their planes.
+    assert np.linalg.norm(turn) > 0.2
+    faces = [
+        lx.render(*city, lx.PointLight(place), lx.DesiredView(rotation=angle, resolution=64))
+        for angle in (None, 0.5)
+    ]
+    assert np.array_equal(faces[0].light_matrix, faces[1].light_matrix)
+
+
+def test_rotation_comes_with_fits_that_have_none_of_their_own():
+    words = "rotation must come with one of the fits 'desired_view', 'uniform'.*, got 'min_sm'"
+    with pytest.raises(ValueError, match=words):
+        lx.RectilinearWarp(fit="min_sm", rotation=0.0)
+
+
+@pytest.mark.parametrize("warp", [lx.RectilinearWarp, lx.NonOrthogonalWarp])
+def test_a_warp_of_the_whole_view_is_over_the_uniform_map(warp, city):
+    frame = lx.render(*city, SUN, warp(fit="uniform", resolution=64))
+    plain = lx.render(*city, SUN, lx.Uniform(resolution=64))
+    assert np.array_equal(frame.light_matrix, plain.light_matrix)
+
+
+def test_rows_and_columns_without_importance_are_culled(city):
+    """Rosen, 4.2 and Eq. 1, over the whole of the light's view: maxima, a Gaussian, prefix sums."""
+    method = lx.RectilinearWarp(
+        fit="uniform", rotation=0.0, resolution=64, importance_resolution=128, blur=3.0
+    )
+    frame = lx.render(*city, SUN, method)
+    importance = frame.importance_map[0].astype(float)
+    offsets = np.arange(-9, 10)
+    kernel = np.exp(-0.5 * (offsets / 3.0) ** 2)
+    for axis in (0, 1):
+        maxima = importance.max(axis=axis)
+        assert (maxima == 0.0).sum() > 20
+        sums = np.convolve(maxima, kernel, "same") / np.convolve(np.ones(128), kernel, "same")
+        boundaries = np.concatenate([[0.0], np.cumsum(sums)]) / sums.sum()
+        places = np.full((129, 2), 0.5)
+        places[:, axis] = np.arange(129) / 128
+        found = lx.warp_points(frame.warp_map[0], places)[:, axis]
+        assert np.allclose(found, boundaries, atol=2e-5)
+        # More than three sigmas from what is seen there is no texel at all.
+        reach = np.convolve(maxima > 0.0, np.ones(19), "same") > 0
+        assert np.ptp(np.diff(boundaries)[~reach]) == 0.0
+
+
+@pytest.mark.parametrize("warp", [lx.RectilinearWarp, lx.NonOrthogonalWarp])
+def test_the_importance_map_may_have_the_maps_own_size(warp, city):
+    for resolution in (32, 100):
+        method = warp(resolution=resolution, importance_resolution=None)
+        frame = lx.render(*city, SUN, method)
+        assert frame.importance_map.shape == (1, resolution, resolution)
