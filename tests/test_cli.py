@@ -3,14 +3,16 @@
 import importlib.metadata
 import json
 import math
+import re
 import shlex
 
 import numpy as np
 import pytest
+from gltf_files import CASES, GltfFile
 
 import lixel as lx
 from lixel import cli
-from lixel.default_view import see_all
+from lixel.default_view import DEFAULT_LIGHT, see_all
 from lixel.lab import options, peers, report
 from lixel.lab.result_tables import PROVENANCE, read
 
@@ -89,6 +91,53 @@ def test_a_scene_without_camera_is_seen_whole():
     pixels = local[:, :2] * camera.focal / -local[:, 2:] * (1, -1) + camera.centre
     assert (local[:, 2] < 0).all()
     assert ((pixels > 0) & (pixels < (camera.width, camera.height))).all()
+
+
+# --- Files whose cameras or lights cannot be used ---
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "words"),
+    [
+        ("camera_znear_zero.gltf", [], "--camera must say .*'camera': znear and zfar must"),
+        ("camera_znear_zero.gltf", ["--camera", "0"], "camera must be described: .*znear"),
+        ("sun_under_zero_scale.gltf", [], "--light must say .*'light': its node is scaled"),
+        ("sun_under_zero_scale.gltf", ["--light", "light"], "got 'light'; .*scaled to nothing"),
+    ],
+)
+def test_another_view_than_that_of_the_file_is_never_drawn(name, given, words, tmp_path, capsys):
+    picture = tmp_path / "x.png"
+    assert cli.main(["render", str(CASES / name), *given, "-o", str(picture)]) == 2
+    warning, error = capsys.readouterr().err.splitlines()
+    assert warning.startswith(f"lixel: warning: {name} is read without ")
+    assert re.search(f"^lixel: error: .*{words}", error)
+    assert not picture.exists()
+
+
+def test_an_index_does_not_count_past_what_cannot_be_used(tmp_path):
+    file = GltfFile()
+    mesh = file.mesh({"attributes": {"POSITION": file.accessor(np.eye(3), "f4")}})
+    for camera in ({"znear": -1, "yfov": 1}, {"znear": 1, "yfov": 1}):
+        index = file.add("cameras", {"type": "perspective", "perspective": camera})
+        file.node(mesh=mesh, camera=index, name="Eye")
+    path = str(file.write(tmp_path / "eyes.gltf"))
+    with pytest.warns(UserWarning, match="camera 'Eye': znear"):
+        *_, light = parsed_view("render", path, "--camera", "Eye_1", "-o", "x.png")
+    assert light == DEFAULT_LIGHT
+    for asked in ("Eye", "0"):
+        with (
+            pytest.warns(UserWarning, match="znear"),
+            pytest.raises(ValueError, match=f"camera must be one of Eye_1, by name, got '{asked}'"),
+        ):
+            parsed_view("render", path, "--camera", asked, "-o", "x.png")
+
+
+def test_up_turns_a_file():
+    path = str(CASES / "obj_concave_L.obj")
+    scene, *_ = parsed_view("render", path, "--up", "z", "-o", "x.png")
+    assert scene.bounds.tolist() == [[0, 0, 0], [3, 3, 0]]
+    with pytest.raises(ValueError, match="--up z is for files"):
+        parsed_view("render", "plane_and_box", "--up", "z", "-o", "x.png")
 
 
 # --- Errors: one line, exit code 2 ---

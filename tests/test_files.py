@@ -249,6 +249,21 @@ def test_ply_with_an_index_beyond_its_vertices_names_the_row(layout, tmp_path):
         lx.load(path)
 
 
+# --- Axes ---
+
+
+@pytest.mark.parametrize("name", ["obj_concave_L.obj", "spot_inner_equals_outer.gltf"])
+def test_up_turns_all_of_a_scene(name):
+    scene, turned = lx.load(CASES / name), lx.load(CASES / name, up="z")
+    x, y, z = scene.vertices.T
+    assert np.array_equal(turned.vertices, np.stack([x, z, -y], 1))
+    for light, other in zip(scene.lights.values(), turned.lights.values(), strict=True):
+        for old, new in ((light.position, other.position), (light.direction, other.direction)):
+            assert np.allclose(new, (old[0], old[2], -old[1]))
+    with pytest.raises(ValueError, match="up must be 'y' or 'z', got 'x'"):
+        lx.load(CASES / name, up="x")
+
+
 # --- STL ---
 
 FACET = """facet normal 0 0 1

@@ -72,6 +72,29 @@ def test_every_kind_is_an_immutable_value(light):
                 value[0] = 1.0
 
 
+def test_strength_is_kept():
+    lamp = lx.PointLight((1, 2, 3), intensity=40, range=5)
+    check_value(lamp)
+    assert (lamp.intensity, lamp.range) == (40.0, 5.0)
+    assert repr(lamp) == "PointLight((1.0, 2.0, 3.0), intensity=40.0, range=5.0)"
+    assert lamp != lx.PointLight((1, 2, 3))
+    check_value(lx.DirectionalLight((0, -1, 0), intensity=3.0))
+    check_value(lx.SpotLight((0, 1, 0), (0, -1, 0), 0.5, 0.2, range=2.0))
+    plain = lx.PointLight((1, 2, 3))
+    assert (plain.intensity, plain.range) == (1.0, math.inf)
+
+
+def test_what_is_beyond_the_range_is_dark_where_that_is_asked_for():
+    scene = lx.Scene([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], [[0, 1, 2], [0, 2, 3]])
+    camera = lx.Camera.look_at((0, 5, 0.1), (0, 0, 0), yfov=1.5, width=40, height=30)
+    frame = lx.render(scene, camera, lx.PointLight((0, 1, 0), range=2.0), "exact")
+    assert (frame.visibility == 1.0).all()
+    near = np.linalg.norm(frame.position - (0, 1, 0), axis=-1) <= 2.0
+    assert near.any()
+    assert not near.all()
+    assert np.array_equal(frame.visibility_in_range, near.astype(np.float32))
+
+
 def test_vectors_point_to_the_light():
     vectors = lx.DirectionalLight((0, -1, 0)).vectors_from(np.zeros((2, 5, 3)))
     assert np.array_equal(vectors, np.broadcast_to((0, 1, 0), (2, 5, 3)))
@@ -118,6 +141,8 @@ def test_bad_directions_are_named(direction, error, words):
         (lambda: lx.SpotLight((0, 0, 0), (0, -1, 0), outer=1.6), "outer must be above 0"),
         (lambda: lx.SpotLight((0, 0, 0), (0, -1, 0), outer=math.nan), "outer must be above 0"),
         (lambda: lx.SpotLight((0, 0, 0), (0, -1, 0), 0.5, 0.5), "inner must be at least 0"),
+        (lambda: lx.PointLight((0, 0, 0), range=0.0), "range must be above 0, got 0.0"),
+        (lambda: lx.DirectionalLight((0, 0, 1), intensity=-1.0), "intensity must be at least 0"),
     ],
 )
 def test_bad_values_are_named(make, words):

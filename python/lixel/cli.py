@@ -6,10 +6,13 @@ import argparse
 import re
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 from . import __version__
 from ._core import DeviceError
@@ -88,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # What a table says of where it comes from: the names of files, not this machine's folders.
         names = (Path(word).name if Path(word).is_absolute() else word for word in given)
         options.line = shlex.join(["lixel", *names])
-        with device_of(options):
+        with device_of(options), _warnings_in_lines():
             options.run(options)
     except (ValueError, TypeError, OSError, ImportError, DeviceError) as error:
         # One line, whatever the message holds.
@@ -110,6 +113,18 @@ def _with_vectors_joined(arguments: Sequence[str]) -> list[str]:
         else:
             joined.append(argument)
     return joined
+
+
+@contextmanager
+def _warnings_in_lines() -> Iterator[None]:
+    """A warning is one line of words, each time."""
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        status("lixel: warning: " + " ".join(str(message).split()))
+
+    with warnings.catch_warnings(), patch.object(warnings, "showwarning", show):
+        warnings.simplefilter("always", UserWarning)
+        yield
 
 
 class _Parser(argparse.ArgumentParser):

@@ -15,12 +15,19 @@ CoreLight: TypeAlias = _core.Light
 
 
 class _Light:
-    """What the lights share: immutable values, compared by their fields."""
+    """What the lights share: immutable values, compared by their fields.
+
+    `intensity` and `range` do not change a shadow. They are kept for whoever shades the picture,
+    and for `reaches`.
+    """
 
     _fields: tuple[str, ...]
     _core: CoreLight
+    intensity: float = 1.0
+    range: float = math.inf
 
     def _set(self, compiled: CoreLight, **fields: npt.NDArray[np.float64] | float) -> None:
+        fields |= _strength(fields.get("intensity", 1.0), fields.get("range", math.inf))
         for name, value in fields.items():
             if isinstance(value, np.ndarray):
                 value += 0.0  # turns -0.0, which reads badly, into 0.0
@@ -38,23 +45,43 @@ class _Light:
         values = (getattr(self, name) for name in self._fields)
         return tuple(tuple(v.tolist()) if isinstance(v, np.ndarray) else v for v in values)
 
+    def _options(self) -> dict[str, float]:
+        """What differs from its default."""
+        values = {"intensity": self.intensity, "range": self.range}
+        return {name: v for name, v in values.items() if v != getattr(_Light, name)}
+
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return self._values() == other._values()
+        return (self._values(), self._options()) == (other._values(), other._options())
 
     def __hash__(self) -> int:
-        return hash((type(self), *self._values()))
+        return hash((type(self), *self._values(), *self._options().items()))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(map(repr, self._values()))})"
+        words = [repr(value) for value in self._values()]
+        words += [f"{name}={value!r}" for name, value in self._options().items()]
+        return f"{type(self).__name__}({', '.join(words)})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), self._values()
+        return _rebuilt, (type(self), self._values(), self._options())
 
     def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
         """Which points in world space, (..., 3), the light would reach in an empty world."""
         return np.ones(positions.shape[:-1], dtype=bool)
+
+
+def _rebuilt(kind: type[_Light], values: tuple[Any, ...], options: dict[str, float]) -> _Light:
+    return kind(*values, **options)
+
+
+def _strength(intensity: Any, reach: Any) -> dict[str, float]:
+    intensity, reach = real("intensity", intensity), real("range", reach)
+    if not 0.0 <= intensity < math.inf:
+        raise ValueError(f"intensity must be at least 0 and finite, got {intensity}")
+    if not reach > 0.0:
+        raise ValueError(f"range must be above 0, got {reach}")
+    return {"intensity": intensity, "range": reach}
 
 
 class _LightWithPosition(_Light):
@@ -63,6 +90,16 @@ class _LightWithPosition(_Light):
     def vectors_from(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
         """Vectors from points in world space to the light, (..., 3) each."""
         return self.position - positions
+
+    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """Which points in world space, (..., 3), the light would reach in an empty world: those
+        within its `range`, and within its cone."""
+        vectors = positions - self.position
+        near = np.linalg.norm(vectors, axis=-1) <= self.range
+        return np.asarray(near & self._looks_along(vectors))
+
+    def _looks_along(self, vectors: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        return np.ones(vectors.shape[:-1], dtype=bool)
 
 
 def _position(position: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -76,6 +113,8 @@ class DirectionalLight(_Light):
     ----------
     direction : (3,) float
         From the light towards the scene, in world space, any length but zero.
+    intensity : float
+        In lux, as glTF has it; kept for whoever shades the picture.
 
     Attributes
     ----------
@@ -96,9 +135,9 @@ class DirectionalLight(_Light):
     _fields = ("direction",)
     direction: npt.NDArray[np.float64]
 
-    def __init__(self, direction: npt.ArrayLike) -> None:
+    def __init__(self, direction: npt.ArrayLike, *, intensity: float = 1.0) -> None:
         unit = unit_vector("direction", direction)
-        self._set(_core.Light.directional(unit), direction=unit)
+        self._set(_core.Light.directional(unit), direction=unit, intensity=intensity)
 
     @classmethod
     def from_pose(cls, pose: npt.ArrayLike) -> DirectionalLight:
@@ -127,6 +166,11 @@ class PointLight(_LightWithPosition):
     ----------
     position : (3,) float
         In world space.
+    intensity : float
+        In candela, as glTF has it; kept for whoever shades the picture.
+    range : float
+        How far the light reaches, in world units. Shadows do not end there; `reaches` and
+        `Frame.visibility_in_range` do.
 
     Attributes
     ----------
@@ -146,9 +190,15 @@ class PointLight(_LightWithPosition):
 
     _fields = ("position",)
 
-    def __init__(self, position: npt.ArrayLike) -> None:
+    def __init__(
+        self,
+        position: npt.ArrayLike,
+        *,
+        intensity: float = 1.0,
+        range: float = math.inf,  # noqa: A002, as glTF has it
+    ) -> None:
         point = _position(position)
-        self._set(_core.Light.point(point), position=point)
+        self._set(_core.Light.point(point), position=point, intensity=intensity, range=range)
 
     @classmethod
     def from_pose(cls, pose: npt.ArrayLike) -> PointLight:
@@ -171,6 +221,8 @@ class SpotLight(_LightWithPosition):
     inner : float
         Angle at which the light begins to fade towards the edge, at least 0 and below `outer`. Hard
         shadows do not ask for it; it is kept for whoever shades the picture.
+    intensity, range : float
+        As for `PointLight`.
 
     Attributes
     ----------
@@ -200,6 +252,9 @@ class SpotLight(_LightWithPosition):
         direction: npt.ArrayLike,
         outer: float = math.pi / 4,
         inner: float = 0.0,
+        *,
+        intensity: float = 1.0,
+        range: float = math.inf,  # noqa: A002, as glTF has it
     ) -> None:
         point, unit = _position(position), unit_vector("direction", direction)
         outer, inner = real("outer", outer), real("inner", inner)
@@ -208,7 +263,8 @@ class SpotLight(_LightWithPosition):
         if not 0.0 <= inner < outer:
             raise ValueError(f"inner must be at least 0 and below outer, {outer}, got {inner}")
         compiled = _core.Light.spot(point, unit, outer)
-        self._set(compiled, position=point, direction=unit, outer=outer, inner=inner)
+        strength = {"intensity": intensity, "range": range}
+        self._set(compiled, position=point, direction=unit, outer=outer, inner=inner, **strength)
 
     @classmethod
     def from_pose(
@@ -218,8 +274,8 @@ class SpotLight(_LightWithPosition):
         matrix = reals("pose", pose, 4, 4)
         return cls(matrix[:3, 3], -matrix[:3, 2], outer, inner)
 
-    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-        return _in_cone(positions - self.position, self.direction, math.cos(self.outer))
+    def _looks_along(self, vectors: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        return _in_cone(vectors, self.direction, math.cos(self.outer))
 
 
 class HemisphereLight(_LightWithPosition):
@@ -255,8 +311,8 @@ class HemisphereLight(_LightWithPosition):
         point, unit = _position(position), unit_vector("axis", axis)
         self._set(_core.Light.hemisphere(point, unit), position=point, axis=unit)
 
-    def reaches(self, positions: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-        return _in_cone(positions - self.position, self.axis, 0.0)
+    def _looks_along(self, vectors: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        return _in_cone(vectors, self.axis, 0.0)
 
 
 def _in_cone(

@@ -82,6 +82,12 @@ class Receivers:
         """(H, W) bool: where a surface is seen."""
         return self.triangle_id >= 0
 
+    @property
+    def visibility_in_range(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32: `visibility`, and 0 beyond the `range` of the light, where it has one."""
+        beyond = self.covered & ~self.light.reaches(self.position)
+        return np.where(beyond, np.float32(0.0), self.visibility)
+
     @cached_property
     def facing(self) -> npt.NDArray[np.bool_]:
         """(H, W) bool: where the side of the surface that is seen faces the light and is within

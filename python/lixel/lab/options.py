@@ -31,6 +31,9 @@ the light towards the scene; default: the first light, or one from above"""
 VIEWS_HELP = """file with cameras (eye, target, up, fov_y_deg) and lights (kind, direction) to use
 instead of the scene's own; in a list of such objects, the one whose "file" is the scene's name"""
 
+UP_HELP = """z for files whose Z axis points up, as CAD and maps have it: (x, y, z) becomes
+(x, z, -y), and --camera and --light mean the turned scene; default: y"""
+
 SCENE_HELP = f"a {', '.join(FORMATS)} file, or a built-in scene: {', '.join(GENERATORS)}"
 
 METHOD_HELP = (
@@ -53,10 +56,11 @@ MORE = "may be given more than once"
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
-    """`--camera`, `--light`, `--views` and `--size`."""
+    """`--camera`, `--light`, `--views`, `--up` and `--size`."""
     parser.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
     parser.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
     parser.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
+    parser.add_argument("--up", choices=("y", "z"), default="y", help=UP_HELP)
     add_size(parser, "the camera's own, or 1920x1080")
 
 
@@ -157,7 +161,7 @@ def add_output(
 
 def view_of(options: argparse.Namespace) -> tuple[Scene, Camera, Light]:
     """The scene, camera and light that a command's options name."""
-    scene, views = scene_and_views(options.scene, options.views)
+    scene, views = scene_and_views(options.scene, options.views, options.up)
     camera = views.camera(options.camera, scene)
     if options.size is not None:
         camera = camera.resized(*options.size)

@@ -409,7 +409,7 @@ def _views_of_options(
     cameras: dict[str, dict[str, Camera]] = {}
     lights: dict[str, dict[str, Light]] = {}
     for name in names:
-        scene, views = scene_and_views(name, options.views)
+        scene, views = scene_and_views(name, options.views, options.up)
         label = Path(name).stem
         if options.all_views:
             cameras[label], lights[label] = views.cameras, views.lights

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ..camera import Camera
 from ..default_view import DEFAULT_LIGHT, see_all
 from ..light import DirectionalLight, Light, PointLight, SpotLight
-from ..load import FORMATS, load
+from ..load import FORMATS, Up, load
 from ..scene import Scene
 from ..scenes import GENERATORS
 
@@ -37,6 +37,8 @@ class Views:
     lights: dict[str, Light] = field(default_factory=dict)
     # Lights that are listed but not of a kind that lixel has; they keep their place and name.
     unsupported: dict[str, str] = field(default_factory=dict)
+    # What the scene's file holds and lixel does not take, in words.
+    left_out: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, path: Path, scene_name: str) -> Views:
@@ -81,9 +83,9 @@ class Views:
     def camera(self, text: str | None, scene: Scene) -> Camera:
         """The camera of a name, an index or a description; a suitable one for None."""
         if text is None:
-            return next(iter(self.cameras.values()), None) or see_all(scene)
+            return self._first("camera", self.cameras) or see_all(scene)
         if ";" not in text:
-            return _pick("camera", text, self.cameras)
+            return _pick("camera", text, self.cameras, self._broken("camera"))
         parts = text.split(";")
         if len(parts) not in (3, 4):
             raise ValueError(
@@ -96,13 +98,28 @@ class Views:
     def light(self, text: str | None) -> Light:
         """The light of a name, an index or a direction; a suitable one for None."""
         if text is None:
-            return next(iter(self.lights.values()), None) or DEFAULT_LIGHT
+            return self._first("light", self.lights) or DEFAULT_LIGHT
         if "," in text:
             return DirectionalLight(_point("light", text))
         if text in self.unsupported:
             kind = self.unsupported[text]
             raise ValueError(f"light must be directional, point or spot, got {text}, a {kind}")
-        return _pick("light", text, self.lights)
+        return _pick("light", text, self.lights, self._broken("light"))
+
+    def _first(self, what: str, known: Mapping[str, Value]) -> Value | None:
+        """The first of the scene's own; None where it has none at all. ValueError where it has, but
+        none that can be used: another view would not be the one that was meant."""
+        if not known and self._broken(what):
+            example = '"0,2,5;0,0,0;60deg"' if what == "camera" else '"0.4,-0.8,-0.45"'
+            raise ValueError(
+                f"--{what} must say the {what}, for example {example}, since those of the file "
+                f"cannot be used: {'; '.join(self._broken(what))}"
+            )
+        return next(iter(known.values()), None)
+
+    def _broken(self, what: str) -> tuple[str, ...]:
+        """What is said of cameras, or lights, that cannot be used."""
+        return tuple(words for words in self.left_out if f"{what} " in words.split("'")[0])
 
 
 def listed_in(folder: Path) -> Iterator[tuple[str, Views]]:
@@ -112,33 +129,39 @@ def listed_in(folder: Path) -> Iterator[tuple[str, Views]]:
         yield entry["file"], Views.read(listing, entry["file"])
 
 
-def scene_and_views(name: str, file: Path | None) -> tuple[Scene, Views]:
+def scene_and_views(name: str, file: Path | None, up: Up = "y") -> tuple[Scene, Views]:
     """A file's scene or a built-in one, and its views: those of a file, or the scene's own."""
     views = None if file is None else Views.read(file, Path(name).name)
     if name in GENERATORS:
+        if up != "y":
+            raise ValueError(f"--up {up} is for files: {name} has its own axes")
         scene = GENERATORS[name]()
     elif Path(name).suffix or Path(name).exists():
-        scene = load(name)
+        scene = load(name, up=up)
     else:
         raise ValueError(
             f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(GENERATORS)}, "
             f"got {name!r}"
         )
-    return scene, views or Views(dict(scene.cameras), dict(scene.lights))
+    own = Views(dict(scene.cameras), dict(scene.lights), left_out=scene.unsupported)
+    return scene, views or own
 
 
 def _camera(eye: Any, target: Any, up: Any, yfov: float) -> Camera:
     return Camera.look_at(eye, target, up, yfov=yfov, width=SIZE[0], height=SIZE[1])
 
 
-def _pick(what: str, text: str, known: Mapping[str, Value]) -> Value:
+def _pick(what: str, text: str, known: Mapping[str, Value], broken: Sequence[str]) -> Value:
     if text in known:
         return known[text]
     names = list(known)
-    if text.isdecimal() and int(text) < len(names):
+    # What cannot be used counts in the file, and would count here for another.
+    if text.isdecimal() and int(text) < len(names) and not broken:
         return known[names[int(text)]]
-    have = f"one of {', '.join(names)}, by name or index" if names else "described: it has none"
-    raise ValueError(f"{what} must be {have}, got {text!r}")
+    by = "name" if broken else "name or index"
+    have = f"one of {', '.join(names)}, by {by}" if names else "described: it has none"
+    why = f"; of the file's own these cannot be used: {'; '.join(broken)}" if broken else ""
+    raise ValueError(f"{what} must be {have}, got {text!r}{why}")
 
 
 def _point(what: str, text: str) -> npt.NDArray[np.float64]:

@@ -36,6 +36,7 @@ class _Reader:
         self._lights = document.extension(LIGHTS).get("lights", [])
         self._read_primitives: dict[tuple[int, int, tuple[float, ...]], Primitive] = {}
         self._triangles = 0
+        self._names: dict[str, dict[str, object]] = {"camera": {}, "light": {}}
 
     def read(self, node: Node) -> None:
         """The mesh, the camera and the light of a node."""
@@ -96,10 +97,17 @@ class _Reader:
 
     # --- Cameras and lights ---
 
+    def _named(self, node: Node, entry: Object, kind: str) -> str:
+        """Its name; what cannot be read keeps its own, so that no other answers to it."""
+        taken = self._names[kind]
+        name = unused(str(node.entry.get("name") or entry.get("name") or kind), taken)
+        taken[name] = None
+        return name
+
     def _camera(self, node: Node) -> None:
         camera = self._document.item("cameras", node.entry["camera"])
-        cameras: dict[str, Any] = self.contents.cameras
-        name = unused(str(node.entry.get("name") or camera.get("name") or "camera"), cameras)
+        cameras = self.contents.cameras
+        name = self._named(node, camera, "camera")
         kind = camera.get("type")
         if kind != "perspective":
             self.contents.leave_out(f"{kind} camera {name!r}")
@@ -112,8 +120,8 @@ class _Reader:
     def _light(self, node: Node) -> None:
         held = extension_of(node.entry, LIGHTS) or {}
         light = entry_of(self._lights, held["light"], "lights")
-        lights: dict[str, Any] = self.contents.lights
-        name = unused(str(node.entry.get("name") or light.get("name") or "light"), lights)
+        lights = self.contents.lights
+        name = self._named(node, light, "light")
         kind = light.get("type")
         if kind not in ("directional", "point", "spot"):
             self.contents.leave_out(f"{kind} light {name!r}")

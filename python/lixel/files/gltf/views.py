@@ -36,15 +36,18 @@ def camera_of(camera: Object, world_from_node: Matrix, height: int) -> Camera:
 
 def light_of(light: Object, world_from_node: Matrix) -> Light:
     """A directional, point or spot light; ValueError where its numbers make none."""
+    intensity, place = light.get("intensity", 1.0), world_from_node[:3, 3]
+    # Some programs write 0 for a light without end.
+    reach = light.get("range", math.inf) or math.inf
     match light["type"]:
         case "directional":
-            return DirectionalLight(-_axis(world_from_node, 2))
+            return DirectionalLight(-_axis(world_from_node, 2), intensity=intensity)
         case "point":
-            return PointLight.from_pose(world_from_node)
+            return PointLight(place, intensity=intensity, range=reach)
         case _:
             outer, inner = _cone(light.get("spot", {}))
             axis = -_axis(world_from_node, 2)
-            return SpotLight(world_from_node[:3, 3], axis, outer, inner)
+            return SpotLight(place, axis, outer, inner, intensity=intensity, range=reach)
 
 
 def _cone(cone: Any) -> tuple[float, float]:
