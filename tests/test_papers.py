@@ -17,7 +17,6 @@ from lixel.lab.papers import (
     measuring,
     milet,
     path,
-    published,
     rosen,
 )
 from lixel.lab.papers.tables import Row, SubstituteScene, Table, both
@@ -117,7 +116,7 @@ AGAIN = {(figures.THESIS, "Table 5.1"), (figures.THESIS, "Table 5.3")}
 def pairs(table):
     """(row, column, figure) of the rows as published, as the paper has them."""
     for row in table.rows:
-        if row.by == "published" or row.method == "shadow_volumes":
+        if row.by == "published":
             for column, value in row.figures.items():
                 yield row.name, column, value
 
@@ -176,11 +175,13 @@ def test_rows_are_published_and_lixels(each):
     assert list(methods) == keys
     for row in each.rows:
         method = methods[row.key]
+        if row.method.startswith("shadow_volumes"):
+            continue
         if row.by == "published" and "rasterization" not in row.parameters:
             assert method.rasterization == "linear"
         if row.by == "published" and "lookup" not in row.parameters:
             assert (method.lookup, method.bias) == ("depth", "constant")
-        if row.by == "lixel" and row.method != "shadow_volumes":
+        if row.by == "lixel":
             assert (method.rasterization, method.lookup) == ("exact", "auto")
     # The edge function is why there is a hybrid analysis.
     hybrid = [m for (name, _), m in methods.items() if name.startswith("Hybrid")]
@@ -194,7 +195,7 @@ def small_rows():
     return (
         Row("gbuffer", "uniform@published", {"A": 5.0, "B": 6.0}, passes=(passes.VISIBILITY,)),
         Row("SM", "uniform@published", {"A": 2.0, "B": (1.0, 3.0)}),
-        *both("RTW", "rtw", {"A": (1.0, 2.0), "B": 8.0}, resolution=128),
+        *both("RTW", "rtw", "rosen-2012", {"A": (1.0, 2.0), "B": 8.0}, resolution=128),
         Row("Later", "not_yet", {"A": 1.0, "B": 1.0}),
     )
 
@@ -376,7 +377,7 @@ def test_the_path_of_figure_9_goes_on_where_it_was_stopped(monkeypatch, tmp_path
 def small_scenes(monkeypatch):
     """The same few triangles and pixels in place of each scene, and lixel's own methods, which need
     no driver."""
-    own = published.method_of
+    own = drawings.method_of
     monkeypatch.setattr(
         drawings, "method_of", lambda name, **changes: own(name.partition("@")[0], **changes)
     )

@@ -39,7 +39,7 @@ def test_pyrender_sees_the_same_surfaces_and_shadows(pyrender, name):
     camera = scene.cameras["default"].resized(WIDTH, HEIGHT)
     light = scene.lights["default"]
     truth = lx.reference(scene, camera, light)
-    visibility, depth = render(pyrender, scene, camera, light)
+    visibility, depth, _ = render(pyrender, scene, camera, light)
 
     # The same surfaces, but for silhouettes: pyrender's depth is that of one of four samples in the
     # pixel, not of its centre.
@@ -62,10 +62,49 @@ def test_pyrender_sees_the_same_surfaces_and_shadows(pyrender, name):
     assert ((other != truth.visibility) & counted).sum() > 2 * differ.sum()
 
 
+def test_shadows_are_those_of_the_shadow_map_of_pyrender(pyrender):
+    """Its map, looked up at what lixel's camera sees, with the receiver's plane for a bias: nothing
+    of its shading, its bias and its filter is left. What differs are the edges of its texels."""
+    scene = lx.scenes.colonnade(columns=4, detail=10)
+    camera = scene.cameras["default"].resized(WIDTH, HEIGHT)
+    light = scene.lights["default"]
+    *_, shadow_map = render(pyrender, scene, camera, light)
+    truth = lx.reference(scene, camera, light)
+    expected = look_up(shadow_map, truth.position, truth.normal)
+    facing = truth.facing & ~np.isnan(expected)
+    for method in ("exact", "uniform", "desired_view", "rtw", "notw"):
+        image = lx.render_shadows(scene, camera, light, method, device="cpu")
+        differ = (image != expected)[facing].mean()
+        print(f"{method}: {differ:.2%} of {facing.sum()} pixels differ")
+        assert differ < 0.005
+    turned = lx.render_shadows(scene, camera, lx.DirectionalLight(light.direction * (-1, 1, -1)))
+    assert (turned != expected)[facing].mean() > 0.1
+
+
+def look_up(shadow_map, position, normal):
+    """1 lit, 0 in shadow by depths of a map; NaN beside it."""
+    depths, clip_from_world = shadow_map
+    size = len(depths)
+    homogeneous = np.concatenate([position, np.ones((*position.shape[:2], 1))], axis=-1)
+    clip = homogeneous @ clip_from_world.T
+    texel = (clip[..., :2] / 2 + 0.5) * size
+    column, row = np.moveaxis(np.nan_to_num(np.floor(texel)).astype(int), -1, 0)
+    is_inside = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < size)
+    column, row = column.clip(0, size - 1), row.clip(0, size - 1)
+    # The receiver's plane in the space of the map, at the middle of the texel.
+    plane = normal @ np.linalg.inv(clip_from_world[:3, :3])
+    away = (np.stack([column, row], axis=-1) + 0.5 - texel) * 2 / size
+    depth = clip[..., 2] - np.einsum("...c,...c->...", plane[..., :2], away) / plane[..., 2]
+    is_lit = depth / 2 + 0.5 <= depths[row, column] + 1e-4
+    return np.where(is_inside & ~np.isnan(clip[..., 0]), is_lit, np.nan)
+
+
 def render(pyrender, scene, camera, light):
     """pyrender's visibility, 1 lit, 0 in shadow, NaN where the surface is turned away from the
-    light or too dark to tell; and its depth, 0 where there is no surface."""
+    light or too dark to tell; its depth, 0 where there is no surface; and its shadow map, depths
+    and the matrix to its clip space, row 0 at the bottom."""
     import trimesh
+    from OpenGL import GL
 
     stage = pyrender.Scene(ambient_light=(0, 0, 0), bg_color=(0, 0, 0, 0))
     material = pyrender.MetallicRoughnessMaterial(
@@ -78,16 +117,21 @@ def render(pyrender, scene, camera, light):
         pyrender.IntrinsicsCamera(*camera.focal, *camera.centre, znear=znear, zfar=zfar),
         pose=camera.pose,
     )
-    stage.add(pyrender.DirectionalLight(intensity=5.0), pose=pose_along(light.direction))
+    sun = pyrender.DirectionalLight(intensity=5.0)
+    node = stage.add(sun, pose=pose_along(light.direction))
     renderer = pyrender.OffscreenRenderer(camera.width, camera.height)
     try:
         shadowed, depth = renderer.render(stage, pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
+        GL.glBindTexture(GL.GL_TEXTURE_2D, sun.shadow_texture._texid)
+        depths = GL.glGetTexImage(GL.GL_TEXTURE_2D, 0, GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT)
+        view, projection = renderer._renderer._get_light_cam_matrices(stage, node, None)
         plain, _ = renderer.render(stage)
     finally:
         renderer.delete()
     shadowed, plain = (picture.sum(-1, dtype=float) for picture in (shadowed, plain))
     tells = (depth > 0) & (plain > 60)
-    return np.where(tells, (shadowed > 0.5 * plain).astype(float), np.nan), depth
+    visibility = np.where(tells, (shadowed > 0.5 * plain).astype(float), np.nan)
+    return visibility, depth, (np.asarray(depths), projection @ view)
 
 
 def pose_along(direction):

@@ -47,7 +47,7 @@ from ..result_tables import append, resume, write
 from ..timing import wall_ms
 from ..views import scene_and_views
 from .figures import CHONG, middle, rows_of
-from .published import method_of
+from .tables import method_of
 
 SEED = 2007
 

@@ -29,8 +29,7 @@ from ...warps import warp_points
 from ..report import status
 from . import milet, rosen, vanek
 from .measuring import QUICK
-from .published import method_of
-from .tables import SubstituteScene
+from .tables import SubstituteScene, method_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,8 +153,8 @@ def rosen_figure_1(part: int) -> Grid:
     large, small = view.resolution, view.resolution // 4
     frames = {
         f"conventional {large}²": view.frame("uniform@published"),
-        f"RTW {small}²": view.frame("rtw@published", resolution=small),
-        f"RTW {large}²": view.frame("rtw@published"),
+        f"RTW {small}²": view.frame("rtw@published", resolution=small, **rosen.WHOLE),
+        f"RTW {large}²": view.frame("rtw@published", **rosen.WHOLE),
     }
     windows = {"": WHOLE, ", detail": view.detail}
     rows = [
@@ -172,17 +171,19 @@ def rosen_figure_3(part: int) -> Grid:
     hybrid = rosen.ANALYSES["Hybrid Analysis"]
     frames = {
         f"conventional {large}²": view.frame("uniform@published"),
-        f"RTW {small}²": view.frame("rtw@published", resolution=small),
-        f"RTW {small}² with edges": view.frame("rtw@published", resolution=small, **hybrid),
+        f"RTW {small}²": view.frame("rtw@published", resolution=small, **rosen.WHOLE),
+        f"RTW {small}² with edges": view.frame(
+            "rtw@published", resolution=small, **rosen.WHOLE, **hybrid
+        ),
     }
     return [_of_warp(name, view, frame) for name, frame in frames.items()]
 
 
 def rosen_figure_6(part: int) -> Grid:
     view = view_of(rosen.PLAYGROUND, (1920, 1080), 2048, part)
-    normal = view.frame("rtw@published", importance="distance*normal")
+    normal = view.frame("rtw@published", **rosen.WHOLE, importance=rosen.NORMAL)
     return [
-        _of_warp("distance", view, view.frame("rtw@published")),
+        _of_warp("distance", view, view.frame("rtw@published", **rosen.WHOLE)),
         _of_warp("distance and normal", view, normal),
     ]
 
@@ -201,7 +202,9 @@ def rosen_figure_8(part: int) -> Grid:
         "PCF in the map": Pcf(radius=2.0),
         "PCF in the world": Pcf(radius=0.1, space="unwarped"),
     }
-    frames = {name: view.frame("rtw@published", lookup=of) for name, of in lookups.items()}
+    frames = {
+        name: view.frame("rtw@published", lookup=of, **rosen.WHOLE) for name, of in lookups.items()
+    }
     return [
         [picture(name, shadow_picture(frame.visibility), window) for name, frame in frames.items()]
         for window in (WHOLE, view.detail)
@@ -242,7 +245,7 @@ def _steps(frame: Frame) -> tuple[npt.NDArray[np.float64], ...]:
 
 
 def milet_figure_7(part: int) -> Grid:
-    methods = {name: f"{milet.METHODS[name]}@published" for name in ("SM", "RTW", "NoTW")}
+    methods = {name: f"{milet.METHODS[name]}@milet-2015" for name in ("SM", "RTW", "NoTW")}
     views = {name: view_of(of, milet.SIZE, 512, part) for name, of in milet.SCENES.items()}
     return [
         [errors(f"{scene}, {name}", views[scene], views[scene].frame(of))
@@ -254,14 +257,14 @@ def milet_figure_7(part: int) -> Grid:
 def thesis_figure(other: str, part: int) -> Grid:
     """5.2 and 5.3: the reference, and details of two methods."""
     view = view_of(milet.OBSERVATORY, milet.SIZE, milet.RESOLUTION, part)
-    frames = {name: view.frame(f"{milet.METHODS[name]}@published") for name in (other, "NoTW")}
+    frames = {name: view.frame(f"{milet.METHODS[name]}@navratil") for name in (other, "NoTW")}
     details = (errors(f"{n}, detail", view, frame, view.detail) for n, frame in frames.items())
     return [[truth(view), truth(view, view.detail), *details]]
 
 
 def _omnidirectional(part: int) -> tuple[View, dict[str, Frame]]:
     view = view_of(milet.LAMP, milet.SIZE, milet.RESOLUTION, part)
-    frames = {name: view.frame(f"{of}@published") for name, of in milet.LAMP_METHODS.items()}
+    frames = {name: view.frame(f"{of}@navratil") for name, of in milet.LAMP_METHODS.items()}
     return view, frames
 
 
@@ -327,8 +330,8 @@ def chong_figure_2(part: int) -> Grid:
     return [[truth(view), picture(f"{int(chosen.sum()):,} samples", pixels)]]
 
 
-PARABOLOIDS = {"DPSM": "dual_paraboloid@published", "IPSM": "improved_paraboloid@published"}
-WITH_UNIFORM = {"uniform": "uniform@published", **PARABOLOIDS}
+PARABOLOIDS = {"DPSM": "dual_paraboloid@vanek-2011", "IPSM": "improved_paraboloid@published"}
+WITH_UNIFORM = {"uniform": "uniform@vanek-2011", **PARABOLOIDS}
 
 
 def _hemisphere(scene: str, towards: tuple[float, float, float]) -> Light:
@@ -360,7 +363,7 @@ FIGURES: Mapping[str, Callable[[int], Grid]] = {
     ),
     "vanek-figure-7": partial(
         vanek_figure, "Trees", _hemisphere("Trees", (60, -70, 25)),
-        {"uniform": "uniform@published", "IPSM": "improved_paraboloid@published"},
+        {"uniform": "uniform@vanek-2011", "IPSM": "improved_paraboloid@published"},
     ),
     "chong-figure-2": chong_figure_2,
 }  # fmt: skip

@@ -18,8 +18,7 @@ from ..report import status, table
 from ..result_tables import save
 from ..study import cell, study
 from .figures import Figure, middle
-from .published import method_of
-from .tables import Row, Table
+from .tables import Row, Table, method_of
 
 if TYPE_CHECKING:
     import pandas
@@ -144,11 +143,13 @@ def beside(chosen: Table, measured: pandas.DataFrame) -> Iterator[dict[str, Any]
                     "paper, ratio": _ratio(chosen, figure, base_figure),
                     "ours, ratio": ratio,
                 }
-            cells |= {f"paper, {chosen.unit}": _text(figure), "ours, ms": _range(ms)}
+            if chosen.unit != "%":
+                cells[f"paper, {chosen.unit}"] = _text(figure)
+            cells["ours, ms"] = _range(ms)
             cells |= {title: float(cases[of].median()) for title, of in chosen.details.items()}
             if chosen.has_mer:
                 cells |= _mer(row, cases)
-            if row.passes is None and not chosen.as_shares:
+            if row.passes is None and passes is None:
                 cells |= _errors(cases, base_cases)
             yield cells
 
@@ -172,6 +173,8 @@ def _shares(
     own = [each for each in chosen.columns(row) if each[0] == scene]
     whole = sum(_ms(chosen, row, cases, passes) for _, _, passes, _ in own)
     theirs = sum(middle(row.figures[name]) for *_, name in own if name in row.figures)
+    if chosen.unit == "%":
+        theirs = 100.0
     return {
         "paper, %": None if figure is None else 100.0 * middle(figure) / theirs,
         "ours, %": 100.0 * float((ms / whole).median()),

@@ -6,8 +6,9 @@ from __future__ import annotations
 from ...light import PointLight
 from .. import passes
 from .figures import MILET, THESIS, rows_of, source
-from .published import SUFFIX
 from .tables import Row, SubstituteScene, Table, both
+
+PAPER, OF_THESIS = "milet-2015", "navratil"
 
 OBSERVATORY = SubstituteScene("terrain", {"cells": 162})
 SCENES = {
@@ -46,8 +47,8 @@ TABLES = (
         RESOLUTION,
         {"Observatory": OBSERVATORY},
         (
-            Row("SV", "shadow_volumes", TABLE_1["SV"]),
-            *(row for name, of in METHODS.items() for row in both(name, of, TABLE_1[name])),
+            Row("SV", f"shadow_volumes@{PAPER}", TABLE_1["SV"]),
+            *(row for name, of in METHODS.items() for row in both(name, of, PAPER, TABLE_1[name])),
         ),
         base="SM",
         ranking=("SM", "NoTW-DV", "MIN-SM", "RTW", "NoTW"),
@@ -62,7 +63,7 @@ TABLES = (
         RESOLUTION,
         SCENES,
         tuple(
-            Row(name, f"{of}{by}", TABLE_2[name], stages={**analysis, **DRAWING})
+            Row(name, of + by, TABLE_2[name], stages={**analysis, **DRAWING})
             for name, of, analysis in (
                 ("NoTW", "notw", {"desired view": DESIRED_VIEW, "importance map": IMPORTANCE}),
                 (
@@ -72,10 +73,11 @@ TABLES = (
                     {"desired view and importance map": (*DESIRED_VIEW, *IMPORTANCE)},
                 ),
             )
-            for by in (SUFFIX, "")
+            for by in (f"@{PAPER}", "")
         ),
         base="NoTW",
         as_shares=True,
+        unit="%",
     ),
     Table(
         "milet-3",
@@ -85,12 +87,12 @@ TABLES = (
         RESOLUTION,
         SCENES,
         (
-            Row("gbuffer", f"uniform{SUFFIX}", TABLE_3["gbuffer"], passes=(passes.VISIBILITY,)),
-            Row("SV", "shadow_volumes", TABLE_3["SV"]),
+            Row("gbuffer", f"uniform@{PAPER}", TABLE_3["gbuffer"], passes=(passes.VISIBILITY,)),
+            Row("SV", f"shadow_volumes@{PAPER}", TABLE_3["SV"]),
             *(
                 row
                 for name in ("SM", "RTW", "NoTW")
-                for row in both(name, METHODS[name], TABLE_3[name])
+                for row in both(name, METHODS[name], PAPER, TABLE_3[name])
             ),
         ),
         base="SM",
@@ -106,8 +108,12 @@ TABLES = (
         {"its scene": LAMP},
         (
             # Volumes have no map to render.
-            Row("SV", "shadow_volumes", THESIS_2["SV"], stages={"Frame time": None}),
-            *(row for name, of in LAMP_METHODS.items() for row in both(name, of, THESIS_2[name])),
+            Row("SV", f"shadow_volumes@{OF_THESIS}", THESIS_2["SV"], stages={"Frame time": None}),
+            *(
+                row
+                for name, of in LAMP_METHODS.items()
+                for row in both(name, of, OF_THESIS, THESIS_2[name])
+            ),
         ),
         base="CubeSM",
         stages={

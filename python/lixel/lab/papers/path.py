@@ -24,8 +24,8 @@ from ...scenes import GENERATORS
 from ..report import progress
 from ..result_tables import append, resume
 from .measuring import QUICK
-from .published import method_of
 from .rosen import TOWN
+from .tables import method_of
 
 FRAMES = 2400
 """Of the whole path, as in the paper."""
@@ -42,9 +42,9 @@ def methods(part: int) -> dict[str, Method]:
     side = 2048 // part
     return {
         "conventional": method_of("uniform@published", resolution=side),
-        "RTW": method_of("rtw@published", resolution=side),
+        "RTW": method_of("rtw@published", resolution=side, tessellation=None),
         "RTW, tessellated, 5 %": method_of("rtw@published", resolution=side, tessellation=0.05),
-        "CSM, 4 cascades": method_of("cascades@published", resolution=side, layers=4),
+        "CSM, 4 cascades": method_of("cascades@published", resolution=side),
         "RTW, lixel": method_of("rtw", resolution=side),
         "CSM, lixel": method_of("cascades", resolution=side, layers=4),
     }

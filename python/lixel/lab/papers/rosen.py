@@ -10,8 +10,9 @@ from ...light import PointLight
 from ...methods import Pcf
 from .. import passes
 from .figures import ROSEN, Figures, columns_of, rows_of, source
-from .published import SUFFIX
 from .tables import Row, SubstituteScene, Table, both
+
+PAPER = "rosen-2012"
 
 PLAYGROUND = SubstituteScene("objects_on_floor", {"count": 160}, quick={"subdivisions": 3})
 SANDBOX = SubstituteScene("city", {"blocks": 26})
@@ -22,10 +23,15 @@ ANALYSES: Mapping[str, Mapping[str, Any]] = {
     "Forward Analysis": {"analysis": "forward"},
     "Backward Analysis": {"analysis": "backward"},
     # Without the edge function there is no use of the depth image: section 4.1 and 5.3.
-    "Hybrid Analysis": {"analysis": "hybrid", "importance": "distance*shadow_edge"},
+    "Hybrid Analysis": {"analysis": "hybrid", "importance": "desired_view*distance*shadow_edge"},
 }
+NORMAL = "desired_view*distance*normal"
+
 GOOD_SPLIT = 0.025
 """Of the largest edge: "a good balance", section 6.1. Table 1 does not say which it has."""
+
+WHOLE: Mapping[str, Any] = {"tessellation": None}
+"""The captions of most figures, and the first rows of Table 1: tessellation disabled."""
 
 SPLIT = ((None, "Disabled"), (0.05, "5 %"), (0.025, "2.5 %"), (0.01, "1 %"))
 DRAWN = {
@@ -43,9 +49,9 @@ STAGES = {
 def analyses(figures: Mapping[str, Figures]) -> tuple[Row, ...]:
     """A conventional map, and each analysis: as published without and with tessellation, and
     lixel's, whose exact rasterization splits nothing."""
-    rows = [*both("Conventional", "uniform", figures["Conventional"])]
+    rows = [*both("Conventional", "uniform", PAPER, figures["Conventional"])]
     for name, parameters in ANALYSES.items():
-        published, own = both(name, "rtw", figures[name], **parameters)
+        published, own = both(name, "rtw", PAPER, figures[name], **WHOLE, **parameters)
         split = f"{name}, tessellated"
         more = {**parameters, "tessellation": GOOD_SPLIT}
         # Where a table has stages, the tessellated frame differs in one of them.
@@ -60,10 +66,10 @@ def straight_and_exact(
     """Straight edges, split or not, with the paper's figures of each, and exact ones."""
     given = figures or {}
     straight = (
-        Row(words, method + SUFFIX, given.get(words, {}), {"tessellation": share})
+        Row(words, f"{method}@published", given.get(words, {}), {"tessellation": share})
         for share, words in SPLIT
     )
-    exact = Row("exact", method + SUFFIX, {}, {"rasterization": "exact"})
+    exact = Row("exact", f"{method}@published", {}, {"rasterization": "exact"})
     return (*straight, exact, Row("lixel's best", method))
 
 
@@ -78,27 +84,27 @@ def _captions() -> dict[str, tuple[Row, ...]]:
     whole, split = figures["7"]
     one, sharp, soft = figures["8"]
     split_as = {"tessellation": GOOD_SPLIT}
-    small: dict[str, Any] = {"resolution": 512}
-    middle: dict[str, Any] = {"resolution": 1024}
+    small: dict[str, Any] = {"resolution": 512, **WHOLE}
+    middle: dict[str, Any] = {"resolution": 1024, **WHOLE}
     sharpened = {**middle, "lookup": Pcf(radius=2.0)}
     softened = {**middle, "lookup": Pcf(radius=0.1, space="unwarped")}
     return {
         "1": (
-            *both("Conventional 2048²", "uniform", figures["1"]["Conventional 2048²"]),
-            *both("RTW 512²", "rtw", figures["1"]["RTW 512²"], **small),
-            *both("RTW 2048²", "rtw", figures["1"]["RTW 2048²"]),
+            *both("Conventional 2048²", "uniform", PAPER, figures["1"]["Conventional 2048²"]),
+            *both("RTW 512²", "rtw", PAPER, figures["1"]["RTW 512²"], **small),
+            *both("RTW 2048²", "rtw", PAPER, figures["1"]["RTW 2048²"], **WHOLE),
         ),
         "3": (
-            *both(plain, "uniform", figures["3"][plain]),
-            *both(distance, "rtw", figures["3"][distance], **small),
-            *both(edges, "rtw", figures["3"][edges], **small, **ANALYSES["Hybrid Analysis"]),
+            *both(plain, "uniform", PAPER, figures["3"][plain]),
+            *both(distance, "rtw", PAPER, figures["3"][distance], **small),
+            *both(edges, "rtw", PAPER, figures["3"][edges], **small, **ANALYSES["Hybrid Analysis"]),
         ),
         "6": (
-            *both(near, "rtw", figures["6"][near]),
-            *both(normal, "rtw", figures["6"][normal], importance="distance*normal"),
+            *both(near, "rtw", PAPER, figures["6"][near], **WHOLE),
+            *both(normal, "rtw", PAPER, figures["6"][normal], **WHOLE, importance=NORMAL),
         ),
         "7": (
-            Row(whole, "rtw@published", figures["7"][whole]),
+            Row(whole, "rtw@published", figures["7"][whole], WHOLE),
             Row(split, "rtw@published", figures["7"][split], split_as),
             Row("exact", "rtw@published", {}, {"rasterization": "exact"}),
         ),

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...light import Light
+from ...methods import Method, method_from
 from .figures import Figures
-from .published import SUFFIX
+
+
+def method_of(spelling: str, **changes: Any) -> Method:
+    """The method of a name such as ``"rtw"`` or ``"rtw@milet-2015"``, with some changes."""
+    return replace(method_from(spelling), **changes)
+
 
 Stages = Mapping[str, tuple[str, ...] | None]
 """Passes of a frame by the name of a column; None: all of them."""
@@ -49,7 +55,7 @@ class Row:
     @property
     def by(self) -> str:
         """Whose parameters: the paper's, or lixel's."""
-        return "published" if self.method.endswith(SUFFIX) else "lixel"
+        return "published" if "@" in self.method else "lixel"
 
     @property
     def key(self) -> tuple[str, str]:
@@ -57,11 +63,12 @@ class Row:
         return self.name, self.by
 
 
-def both(name: str, method: str, figures: Figures = {}, /, **parameters: Any) -> tuple[Row, Row]:  # noqa: B006
-    """A method as published, and with lixel's own parameters; those given are set in each."""
-    return (
-        Row(name, method + SUFFIX, figures, parameters),
-        Row(name, method, figures, parameters),
+def both(
+    name: str, method: str, paper: str, figures: Figures, /, **parameters: Any
+) -> tuple[Row, Row]:
+    """A method as a paper has it, and with lixel's own parameters; those given are set in each."""
+    return Row(name, f"{method}@{paper}", figures, parameters), Row(
+        name, method, figures, parameters
     )
 
 

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from ...light import PointLight, SpotLight
 from .figures import VANEK, Figure, rows_of, source
-from .published import SUFFIX
 from .tables import Row, SubstituteScene, Table, both
+
+PAPER = "vanek-2011"
 
 COLONNADE = {"detail": 24}
 OUTSIDE = (3.0, 4.4, 5.0)
@@ -45,9 +46,10 @@ def rows() -> Iterator[Row]:
     for resolution in (512, 2048):
         at = {"resolution": resolution}
         plain = figures("Uniform SM", resolution)
-        yield Row(f"Uniform SM {resolution}²", f"uniform{SUFFIX}", plain, at, by_spot=True)
+        yield Row(f"Uniform SM {resolution}²", f"uniform@{PAPER}", plain, at, by_spot=True)
         for name, method in METHODS.items():
-            yield from both(f"{name} {resolution}²", method, figures(name, resolution), **at)
+            own = figures(name, resolution)
+            yield from both(f"{name} {resolution}²", method, PAPER, own, **at)
 
 
 TABLES = (
