@@ -153,3 +153,109 @@ def test_the_importance_map_may_have_the_maps_own_size(warp, city):
         method = warp(resolution=resolution, importance_resolution=None)
         frame = lx.render(*city, SUN, method)
         assert frame.importance_map.shape == (1, resolution, resolution)
+
+
+# --- Cascades ---
+
+
+@pytest.mark.parametrize("splits", ["uniform", "logarithmic", "practical"])
+def test_slabs_have_the_box_of_their_part_of_the_view_frustum(splits, city):
+    """Zhang et al.: the corners of the frustum between two splits, along the map's rows."""
+    scene, camera = city
+    forward = -camera.pose[:3, 2]
+    camera = lx.Camera.look_at(
+        camera.eye, camera.eye + forward, yfov=camera.yfov, width=160, height=90, znear=20.0
+    )
+    count = 3
+    method = lx.Cascades(layers=count, splits=splits, boxes="slabs", rotation=0.2, resolution=64)
+    frame = lx.render(scene, camera, SUN, method)
+    assert len(frame.light_matrix) == count
+    receivers = lx.render(scene, camera, SUN, lx.Cascades(
+        layers=count, splits=splits, rotation=0.2, resolution=64
+    ))  # fmt: skip
+    # Where the scene ends: the greatest depth of a corner of its part that is in view.
+    near, far = camera.znear, farthest_in_view(scene, camera)
+    share = np.arange(count + 1) / count
+    even, growing = near + (far - near) * share, near * (far / near) ** share
+    ends = {"uniform": even, "logarithmic": growing, "practical": 0.5 * (even + growing)}[splits]
+    axes = rows_of(frame)
+    for layer in range(count):
+        corners = np.concatenate([corners_at(camera, depth) for depth in ends[layer : layer + 2]])
+        places = corners @ axes.T
+        expected = np.stack([places.min(axis=0), places.max(axis=0)])
+        found = box_of(frame, layer, axes)
+        assert np.allclose(found, expected, atol=2e-3 * np.ptp(expected)), layer
+        inner = box_of(receivers, layer, axes)
+        slack = 1e-3 * np.ptp(expected)
+        assert (inner[0] >= found[0] - slack).all()
+        assert (inner[1] <= found[1] + slack).all()
+
+
+def corners_at(camera: lx.Camera, depth: float) -> np.ndarray:
+    """(4, 3): the corners of the image at a depth along the view."""
+    (fx, fy), (cx, cy) = camera.focal, camera.centre
+    columns, rows = np.array([0.0, camera.width]), np.array([0.0, camera.height])
+    x, y = np.meshgrid((columns - cx) / fx, (cy - rows) / fy)
+    rays = np.stack([x.ravel(), y.ravel(), -np.ones(4)], axis=1) * depth
+    return rays @ camera.pose[:3, :3].T + camera.eye
+
+
+def farthest_in_view(scene: lx.Scene, camera: lx.Camera) -> float:
+    """By points of the scene's box: the greatest depth that the camera sees of any."""
+    low, high = scene.bounds
+    steps = np.linspace(0.0, 1.0, 81)
+    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    pixels = camera.project(low + grid * (high - low))
+    inside = (pixels[:, 2] > 0) & (pixels[:, :2] >= 0).all(axis=1)
+    inside &= (pixels[:, :2] <= (camera.width, camera.height)).all(axis=1)
+    return float(pixels[inside, 2].max())
+
+
+@pytest.mark.parametrize("fit", ["cascades", "focused", "psm", "plane_optimal"])
+@pytest.mark.parametrize("warp", [lx.RectilinearWarp, lx.NonOrthogonalWarp])
+def test_a_warp_is_laid_over_the_maps_of_the_fit(fit, warp, city):
+    scene, camera = city
+    frame = lx.render(scene, camera, SUN, warp(fit=fit, resolution=256))
+    plain = lx.render(scene, camera, SUN, lx.METHODS[fit](resolution=256))
+    assert np.array_equal(frame.light_matrix, plain.light_matrix)
+    assert len(frame.warp_map) == len(plain.light_matrix)
+    truth = lx.reference(scene, camera, SUN)
+    wrong = lx.compare(frame, truth).misclassified_count
+    assert wrong < 1.5 * lx.compare(plain, truth).misclassified_count + 20
+    assert lx.method_from(f"{fit}+{warp.name}") == warp(fit=fit)
+
+
+# --- Paraboloids ---
+
+
+@pytest.mark.parametrize("method", [lx.DualParaboloid, lx.ImprovedParaboloid])
+def test_two_halves_are_rotated_to_the_truncated_view_frustum(method, city):
+    """Vanek et al., Eq. 1: the mean direction to the eight corners."""
+    scene, camera = city
+    low, high = scene.bounds
+    place = camera.eye + 0.2 * np.linalg.norm(high - low) * -camera.pose[:3, 2]
+    light = lx.PointLight(place)
+    given = {"cut": "frustum"} if method is lx.ImprovedParaboloid else {}
+    frame = lx.render(scene, camera, light, method(splitting="view", resolution=64, **given))
+    seen = frame.position[frame.facing]
+    depths = (seen - camera.eye) @ -camera.pose[:3, 2]
+    corners = np.concatenate([corners_at(camera, depths.min()), corners_at(camera, depths.max())])
+    axis = (corners - place).sum(axis=0)
+    axis /= np.linalg.norm(axis)
+    # The half space of a layer is what its axis looks into.
+    normals = [np.array(layer["region"])[0, :3] for layer in frame.projections]
+    found = [normal / np.linalg.norm(normal) for normal in normals]
+    assert any(np.allclose(normal, axis, atol=1e-4) for normal in found)
+    assert all(abs(normal @ axis) > 1.0 - 1e-6 for normal in found)
+    truth = lx.reference(scene, camera, light)
+    wrong = [
+        lx.compare(
+            lx.render_shadows(scene, camera, light, method(splitting=to, resolution=512, **given)),
+            truth,
+        ).misclassified_count
+        for to in ("light", "view")
+    ]
+    assert wrong[1] <= 2 * wrong[0] + 20
+    down = lx.render(scene, camera, light, method(resolution=64, **given))
+    normals = [np.array(layer["region"])[0, :3] for layer in down.projections]
+    assert all(abs(normal[1]) > 0.999 * np.linalg.norm(normal) for normal in normals)

@@ -43,7 +43,13 @@ SPELLED_OUT = {
         resolution=400, samples="boundary", optimizer="paper", sample_resolution=180, **MAP
     ),
     "cascades@published": lx.Cascades(
-        resolution=2048, layers=4, splits="practical", weight=0.5, rotation=0.0, **MAP
+        resolution=2048,
+        layers=4,
+        splits="practical",
+        weight=0.5,
+        boxes="slabs",
+        rotation=0.0,
+        **MAP,
     ),
     "rtw@published": lx.RectilinearWarp(resolution=2048, tessellation=0.025, **ROSEN, **MAP),
     "rtw@milet-2015": lx.RectilinearWarp(resolution=512, tessellation=0.01, **ROSEN, **MAP),

@@ -1,16 +1,19 @@
-//! Cascades: the view is cut into slabs of depth, each with a map over the box of its receivers.
+//! Cascades: the view is cut into slabs of depth, each with a map over the box of its receivers, or of itself.
 //!
 //! Fan Zhang, Hanqiu Sun, Leilei Xu, Lee Kit Lun. Parallel-split shadow maps for large-scale virtual environments.
 //! VRCIA 2006, section 3. Andrew Lauritzen, Marco Salvi, Aaron Lefohn. Sample distribution shadow maps. I3D 2011.
 
-use super::boxes::{Cut, cut_layers, rotated_layers};
+use super::boxes::{Cut, boxed_layers, cut_layers, rotated_layers, whole_layer};
+use super::central::frustum_corners;
 use super::layer::Layer;
-use super::receivers::{ReceiverQueries, Setting};
+use super::receivers::{Corners, ReceiverQueries, Setting};
 use super::rotation::Rotation;
 use super::samples::SampledReceivers;
 use super::snapping::stepped;
 use crate::error::Result;
 use crate::frustum::visible_part;
+use crate::geometry::bounds_of;
+use crate::projection::Projection;
 use crate::region::{HalfSpace, Region};
 
 /// Where the view is cut.
@@ -28,6 +31,15 @@ pub enum Splits {
     Quantiles,
 }
 
+/// What the map of a slab is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Boxes {
+    /// The box of the slab's receivers (Lauritzen et al.).
+    Receivers,
+    /// The box of the slab of the view frustum (Zhang et al.).
+    Slabs,
+}
+
 /// How the view is cut into slabs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slabs {
@@ -40,6 +52,7 @@ pub struct Slabs {
     /// Whether slabs and texels hold still while the receivers move.
     pub snaps: bool,
     pub rotation: Rotation,
+    pub boxes: Boxes,
 }
 
 /// The faces of a cube around a point are not split.
@@ -48,10 +61,47 @@ pub fn fit_cascades(
     slabs: Slabs,
     resolution: u32,
 ) -> Result<Vec<Layer>> {
-    let depths = split_depths(receivers, slabs)?;
-    let layers = slab_layers(receivers.setting(), slabs.rotation, &depths);
+    let setting = receivers.setting();
     let cut = Cut::Receivers.snapped_where(slabs.snaps);
-    cut_layers(receivers, layers, cut, resolution)
+    let layers = rotated_layers(setting, slabs.rotation);
+    let [axes] = &layers[..] else {
+        return cut_layers(receivers, layers, cut, resolution);
+    };
+    let depths = split_depths(receivers, slabs)?;
+    let layers = slab_layers(setting, &axes.projection, &depths);
+    let mut boxes = receivers.bounds(&layers)?;
+    if slabs.boxes == Boxes::Slabs {
+        let ends: Vec<_> = [setting.camera.znear]
+            .into_iter()
+            .chain(depths)
+            .chain([farthest_depth(setting)])
+            .collect();
+        for (own, slab) in boxes.iter_mut().zip(ends.windows(2)) {
+            // A slab without receivers stays without a map.
+            *own = own.map(|_| slab_box(setting, &axes.projection, (slab[0], slab[1])));
+        }
+    }
+    Ok(boxed_layers(receivers, layers, boxes, cut, resolution))
+}
+
+/// Around the corners of the view frustum between two depths.
+fn slab_box(setting: Setting, axes: &Projection, depths: (f64, f64)) -> Corners {
+    let corners = frustum_corners(setting.camera, depths);
+    let places = corners.map(|corner| axes.texel_from_point(corner));
+    // What is beside or behind a light has no place in its plane.
+    let is_behind = axes.kind.is_central() && places.iter().any(|place| place.z <= 0.0);
+    match is_behind {
+        true => whole_layer(setting, axes),
+        false => bounds_of(places.into_iter()),
+    }
+}
+
+/// Along the viewing direction, where the scene ends.
+fn farthest_depth(setting: Setting) -> f64 {
+    let Setting { scene, camera, .. } = setting;
+    let sights = visible_part(camera, scene.bounds()).into_iter();
+    let depths = sights.map(|corner| (corner - camera.eye).dot(camera.forward));
+    depths.fold(camera.znear, f64::max)
 }
 
 /// Depths along the viewing direction between one slab and the next, ascending.
@@ -71,12 +121,8 @@ fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result
             _ => vec![],
         });
     }
-    let Setting { scene, camera, .. } = receivers.setting();
-    let sights = visible_part(camera, scene.bounds())
-        .into_iter()
-        .map(|c| c - camera.eye);
-    let depths = sights.map(|sight| sight.dot(camera.forward));
-    let near_and_far = (camera.znear, depths.fold(camera.znear, f64::max));
+    let setting = receivers.setting();
+    let near_and_far = (setting.camera.znear, farthest_depth(setting));
     Ok(splits_between(near_and_far, count, splits, slabs.weight))
 }
 
@@ -115,11 +161,7 @@ fn depths_of(samples: &SampledReceivers) -> Vec<f64> {
 }
 
 /// The axes of a layer for each slab; the first and the last have no end.
-fn slab_layers(setting: Setting, rotation: Rotation, depths: &[f64]) -> Vec<Layer> {
-    let layers = rotated_layers(setting, rotation);
-    let [layer] = &layers[..] else {
-        return layers;
-    };
+fn slab_layers(setting: Setting, axes: &Projection, depths: &[f64]) -> Vec<Layer> {
     let camera = setting.camera;
     let plane = |depth: f64, normal| HalfSpace {
         origin: camera.eye + camera.forward * depth,
@@ -130,7 +172,7 @@ fn slab_layers(setting: Setting, rotation: Rotation, depths: &[f64]) -> Vec<Laye
         let far = depths.get(i).map(|depth| plane(*depth, -camera.forward));
         Layer {
             region: Region::new(near.into_iter().chain(far).collect()),
-            projection: layer.projection.clone(),
+            projection: axes.clone(),
         }
     };
     (0..=depths.len()).map(slab).collect()

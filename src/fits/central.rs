@@ -70,10 +70,11 @@ pub fn turned_cube_faces(position: DVec3, cube: DMat3, scene: (DVec3, DVec3)) ->
     faces.collect()
 }
 
-/// Two paraboloids back to back, each with its half of space; the first looks along the light's axis, or down where it
-/// has none.
-pub fn halves_of_light(setting: Setting, position: DVec3) -> Vec<Layer> {
-    let axis = setting.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
+/// Two paraboloids back to back, each with its half of space; the first looks along the axis that is given, or the
+/// light's, or down where it has none.
+pub fn halves_of_light(setting: Setting, position: DVec3, axis: Option<DVec3>) -> Vec<Layer> {
+    let own = || setting.light.cone().map_or(DVec3::NEG_Y, |cone| cone.axis);
+    let axis = axis.unwrap_or_else(own);
     hemispheres(position, axis, setting.scene.bounds())
 }
 

@@ -32,6 +32,15 @@ pub enum Zoom {
     Receivers,
 }
 
+/// Which way the first of two paraboloids back to back looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Splitting {
+    /// Along the light's axis, or down.
+    Light,
+    /// To the middle of the view.
+    View,
+}
+
 /// A single paraboloid reaches this far from its axis, in its plane: the rim of a hemisphere. It could go on, but
 /// with larger texels than two have.
 const WIDEST: f64 = 1.0;
@@ -53,13 +62,14 @@ const SQUARES: u32 = 32;
 pub fn fit_improved_paraboloid(
     receivers: &mut dyn ReceiverQueries<'_>,
     zoom: Zoom,
+    splitting: Splitting,
     resolution: u32,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     match (setting.near_position(), zoom) {
-        (Some(light), Zoom::Frustum) => fit_frustum(receivers, light, resolution),
+        (Some(light), Zoom::Frustum) => fit_frustum(receivers, light, splitting, resolution),
         (Some(light), Zoom::Cone | Zoom::Receivers) => {
-            fit_receivers(receivers, light, zoom, resolution)
+            fit_receivers(receivers, light, (zoom, splitting), resolution)
         }
         (None, Zoom::Frustum) => fit_distant_frustum(receivers, resolution),
         (None, Zoom::Cone) => {
@@ -87,10 +97,27 @@ fn depth_range(receivers: &mut dyn ReceiverQueries<'_>) -> Result<Option<(f64, f
     Ok(boxes[0].map(|(low, high)| (low.z, high.z)))
 }
 
+/// Two paraboloids back to back around a light: all that can be done where it is in the view is to rotate them
+/// (section 5).
+pub fn split_halves(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    light: DVec3,
+    splitting: Splitting,
+) -> Result<Vec<Layer>> {
+    let setting = receivers.setting();
+    let axis = match splitting {
+        Splitting::Light => None,
+        Splitting::View => depth_range(receivers)?
+            .map(|depths| LightCone::of_frustum(setting.camera, light, depths).axis),
+    };
+    Ok(halves_of_light(setting, light, axis))
+}
+
 /// Section 3.2: the light cone of the truncated view frustum.
 fn fit_frustum(
     receivers: &mut dyn ReceiverQueries<'_>,
     light: DVec3,
+    splitting: Splitting,
     resolution: u32,
 ) -> Result<Vec<Layer>> {
     let Some(depths) = depth_range(receivers)? else {
@@ -101,7 +128,7 @@ fn fit_frustum(
     let cone = LightCone::of_frustum(camera, light, depths);
     let zoom_factor = cone.zoom_factor();
     if is_in_frustum(camera, light, depths) || zoom_factor > WIDEST {
-        let halves = halves_of_light(setting, light);
+        let halves = split_halves(receivers, light, splitting)?;
         return cut_layers(receivers, halves, Cut::Whole, resolution);
     }
     let axes = axes_for_scene(Paraboloid::UNIT, light, cone.axis, scene.bounds());
@@ -157,7 +184,7 @@ fn is_in_frustum(camera: &Camera, point: DVec3, (near, far): (f64, f64)) -> bool
 fn fit_receivers(
     receivers: &mut dyn ReceiverQueries<'_>,
     light: DVec3,
-    zoom: Zoom,
+    (zoom, splitting): (Zoom, Splitting),
     resolution: u32,
 ) -> Result<Vec<Layer>> {
     let Setting { scene, camera, .. } = receivers.setting();
@@ -190,7 +217,7 @@ fn fit_receivers(
     // Some receivers often tell that one map does not hold them all.
     let is_outside = |place: &DVec2| place.abs().max_element() > widest_allowed;
     if places_of(&axes, &directions).iter().any(is_outside) {
-        return fit_halves(receivers, light, &directions, resolution);
+        return fit_halves(receivers, (light, splitting), &directions, resolution);
     }
     let layer = Layer::everywhere(axes);
     let Some(corners) = receivers.bounds(std::slice::from_ref(&layer))?[0] else {
@@ -200,7 +227,7 @@ fn fit_receivers(
     let outermost = corners.0.truncate().abs().max(corners.1.truncate().abs());
     let widest = outermost.max_element();
     if widest > widest_allowed {
-        return fit_halves(receivers, light, &directions, resolution);
+        return fit_halves(receivers, (light, splitting), &directions, resolution);
     }
     let distances = (camera.eye - light).length() + corners.1.z;
     let rounding = RECEIVER_ROUNDING * distances;
@@ -218,12 +245,12 @@ fn fit_receivers(
 /// Two paraboloids, each rotated off the edges and cut to its receivers.
 fn fit_halves(
     receivers: &mut dyn ReceiverQueries<'_>,
-    light: DVec3,
+    (light, splitting): (DVec3, Splitting),
     directions: &[DVec3],
     resolution: u32,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
-    let mut halves = halves_of_light(setting, light);
+    let mut halves = split_halves(receivers, light, splitting)?;
     for half in &mut halves {
         let axes = &half.projection;
         let own = directions.iter().filter(|d| d.dot(axes.z_axis) > 0.0);

@@ -6,20 +6,26 @@
 //! Stefan Brabec, Thomas Annen, Hans-Peter Seidel. Shadow mapping for hemispherical and omnidirectional
 //! light sources. Computer Graphics International, 2002; Navrátil's thesis, section 3.3.2.
 //!
-//! Parameters: those of every map, for each half, and `cut`: `hemisphere` or `receivers`, and `snap`.
+//! Parameters: those of every map, for each half, and `cut`: `hemisphere` or `receivers`, `splitting`: `light`
+//! or `view`, which way the first half looks, and `snap`.
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
 use super::prelude::*;
-use crate::fits::boxes::layers_around;
-use crate::fits::central::halves_of_light;
+use crate::fits::boxes::parallel_layer;
+use crate::fits::improved_paraboloid::{Splitting, split_halves};
 
 const CUTS: Choices<Cut> = &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)];
+
+/// Which way the first half looks.
+pub const SPLITTINGS: Choices<Splitting> =
+    &[("light", Splitting::Light), ("view", Splitting::View)];
 
 parameters! {
     pub struct DualParaboloid {
         pub map: MapParameters,
         pub cut: Cut = choice(CUTS, "hemisphere"),
+        pub splitting: Splitting = choice(SPLITTINGS, "light"),
         pub snap: bool = SNAP,
     }
 }
@@ -32,15 +38,23 @@ impl ShadowMethod for DualParaboloid {
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let cut = self.cut.snapped_where(self.snap);
-        let layers = fit(view, cut, self.map.resolution)?;
+        let layers = fit(view, cut, self.splitting, self.map.resolution)?;
         mapped_shadows(view, self.map.settings(), layers)
     }
 }
 
 /// Of a light with a position, the only one that has halves.
-pub fn fit(view: &mut dyn ReceiverQueries<'_>, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
+pub fn fit(
+    view: &mut dyn ReceiverQueries<'_>,
+    cut: Cut,
+    splitting: Splitting,
+    resolution: u32,
+) -> Result<Vec<Layer>> {
     let setting = view.setting();
     position_of(setting.light, DualParaboloid::NAME)?;
-    let halves = layers_around(setting, |position| halves_of_light(setting, position));
+    let halves = match setting.near_position() {
+        None => vec![parallel_layer(setting)],
+        Some(position) => split_halves(view, position, splitting)?,
+    };
     cut_layers(view, halves, cut, resolution)
 }

@@ -1,10 +1,15 @@
 //! The fit that a warp is laid over.
 
+use super::cascades::Cascades;
+use super::focused::Focused;
 use super::lispsm::LightSpacePerspective;
+use super::plane_optimal::PlaneOptimal;
 use super::prelude::*;
+use super::psm::Perspective;
 use super::scene_optimized::SceneOptimized;
 use super::{cube, dual_paraboloid, spot};
-use crate::fits::improved_paraboloid::{Zoom, fit_improved_paraboloid};
+use crate::fits::cascades::{Slabs, fit_cascades};
+use crate::fits::improved_paraboloid::{Splitting, Zoom, fit_improved_paraboloid};
 use crate::fits::rotation::Rotation;
 use crate::fits::uniform::fit_scene_of_receivers;
 use glam::DMat3;
@@ -79,6 +84,30 @@ pub const FITS: Choices<Fit> = &[
         "principal_axes",
         turning(|view, wanted| fit_boxes(view, Turn::PrincipalAxes, wanted.cut, wanted.resolution)),
     ),
+    // In each slab of the view.
+    (
+        "cascades",
+        rotating(|view, wanted| {
+            let slabs = Slabs {
+                snaps: wanted.cut == Cut::Snapped,
+                rotation: wanted.rotation,
+                ..Cascades::defaults().slabs()
+            };
+            fit_cascades(view, slabs, wanted.resolution)
+        }),
+    ),
+    (
+        "focused",
+        turning(|view, wanted| Focused::defaults().fit(view, wanted.resolution)),
+    ),
+    (
+        "psm",
+        turning(|view, wanted| Perspective::defaults().fit(view, wanted.resolution)),
+    ),
+    (
+        "plane_optimal",
+        turning(|view, wanted| PlaneOptimal::defaults().fit(view, wanted.resolution)),
+    ),
     (
         "lispsm",
         turning(|view, wanted| LightSpacePerspective::defaults().fit(view, wanted.resolution)),
@@ -93,11 +122,15 @@ pub const FITS: Choices<Fit> = &[
     ),
     (
         "dual_paraboloid",
-        still(|view, wanted| dual_paraboloid::fit(view, wanted.cut, wanted.resolution)),
+        still(|view, wanted| {
+            dual_paraboloid::fit(view, wanted.cut, Splitting::Light, wanted.resolution)
+        }),
     ),
     (
         "improved_paraboloid",
-        turning(|view, wanted| fit_improved_paraboloid(view, Zoom::Receivers, wanted.resolution)),
+        turning(|view, wanted| {
+            fit_improved_paraboloid(view, Zoom::Receivers, Splitting::Light, wanted.resolution)
+        }),
     ),
     (
         "spot",

@@ -28,11 +28,18 @@ impl ShadowMethod for Focused {
          mapping. Journal of Graphics Tools 7(4).";
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let target = self.fitting.target(self.map.resolution);
-        let layers = match self.snap {
-            true => still_layers(view, target)?,
-            false => fit_light_matrices(view, target, |subject| subject.focused(target.size))?,
-        };
+        let layers = self.fit(view, self.map.resolution)?;
         mapped_shadows(view, self.map.settings(), layers)
+    }
+}
+
+impl Focused {
+    /// The layers; none where nothing faces the light.
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+        let target = self.fitting.target(resolution);
+        match self.snap {
+            true => still_layers(view, target),
+            false => fit_light_matrices(view, target, |subject| subject.focused(target.size)),
+        }
     }
 }

@@ -13,13 +13,16 @@
 //! them the finest texels, rotated off the scene's edges. The last two go past the paper, and cut also where
 //! the light is inside the frustum, its future work.
 //!
+//! Where two are needed, `splitting` says which way the first looks: `light` or `view`.
+//!
 //! Limits: with the light inside the truncated frustum, or so near that a hemisphere does not hold the cone,
 //! `frustum` falls back to dual paraboloids. `cone`, and `receivers` with the light in the view, do so only
 //! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
 //! texels is one of two hundred, and jumps as the camera moves.
 
+use super::dual_paraboloid::SPLITTINGS;
 use super::prelude::*;
-use crate::fits::improved_paraboloid::{Zoom, fit_improved_paraboloid};
+use crate::fits::improved_paraboloid::{Splitting, Zoom, fit_improved_paraboloid};
 
 const ZOOMS: Choices<Zoom> = &[
     ("frustum", Zoom::Frustum),
@@ -31,6 +34,7 @@ parameters! {
     pub struct ImprovedParaboloid {
         pub map: MapParameters,
         pub cut: Zoom = choice(ZOOMS, "receivers"),
+        pub splitting: Splitting = choice(SPLITTINGS, "light"),
     }
 }
 
@@ -41,7 +45,7 @@ impl ShadowMethod for ImprovedParaboloid {
          High-quality shadows with improved paraboloid mapping. ISVC.";
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let layers = fit_improved_paraboloid(view, self.cut, self.map.resolution)?;
+        let layers = fit_improved_paraboloid(view, self.cut, self.splitting, self.map.resolution)?;
         mapped_shadows(view, self.map.settings(), layers)
     }
 }

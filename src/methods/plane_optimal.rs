@@ -28,17 +28,21 @@ impl ShadowMethod for PlaneOptimal {
          Eurographics Symposium on Rendering.";
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let (camera, target) = (
-            view.setting().camera,
-            self.fitting.target(self.map.resolution),
-        );
+        let layers = self.fit(view, self.map.resolution)?;
+        mapped_shadows(view, self.map.settings(), layers)
+    }
+}
+
+impl PlaneOptimal {
+    /// The layers; none where nothing is seen, or nothing faces the light.
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.setting().camera, self.fitting.target(resolution));
         let (points, normals) = view.samples(target.sample_resolution)?.seen();
-        let layers = match dominant_plane(&points, &normals) {
-            None => vec![],
+        match dominant_plane(&points, &normals) {
+            None => Ok(vec![]),
             Some(plane) => fit_light_matrices(view, target, |subject| {
                 plane_optimal(subject, camera, plane, target.extent, target.size)
-            })?,
-        };
-        mapped_shadows(view, self.map.settings(), layers)
+            }),
+        }
     }
 }

@@ -27,13 +27,17 @@ impl ShadowMethod for Perspective {
          SIGGRAPH.";
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let (camera, target) = (
-            view.setting().camera,
-            self.fitting.target(self.map.resolution),
-        );
-        let layers = fit_light_matrices(view, target, |subject| {
-            perspective(subject, camera, target.size)
-        })?;
+        let layers = self.fit(view, self.map.resolution)?;
         mapped_shadows(view, self.map.settings(), layers)
+    }
+}
+
+impl Perspective {
+    /// The layers; none where nothing faces the light.
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.setting().camera, self.fitting.target(resolution));
+        fit_light_matrices(view, target, |subject| {
+            perspective(subject, camera, target.size)
+        })
     }
 }

@@ -7,6 +7,7 @@ from typing import ClassVar, Literal, TypeAlias
 
 from .base import BoxMethod, RotatedMethod, ShadowMapMethod
 
+Boxes: TypeAlias = Literal["receivers", "slabs"]
 Splits: TypeAlias = Literal["receivers", "quantiles", "practical", "logarithmic", "uniform"]
 
 
@@ -112,7 +113,8 @@ class MinimalShadowMap(ShadowMapMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class Cascades(BoxMethod, RotatedMethod):
-    """The view is split into slabs of depth, each with a map over the box of its receivers.
+    """The view is split into slabs of depth, each with a map over the box of its receivers, or of
+    the slab itself.
 
     With z from the near to the far end of what is split, slab i of m ends at
 
@@ -134,6 +136,11 @@ class Cascades(BoxMethod, RotatedMethod):
         receivers in each (``"quantiles"``).
     weight : float
         Lambda of ``"practical"``, from 0 to 1.
+    boxes : {"receivers", "slabs"}
+        What each map is over: the receivers in its slab (Lauritzen et al.), or the eight corners of
+        the slab of the view frustum (Zhang et al.), from the camera's near plane to the end of the
+        scene. A slab without receivers has no map in either case. Where a corner is behind a light
+        with a position, the map is the whole cone's.
     sample_resolution : int
         Samples of the receivers along the longer side of the image.
     snap : bool
@@ -159,4 +166,5 @@ class Cascades(BoxMethod, RotatedMethod):
     layers: int = 4
     splits: Splits = "receivers"
     weight: float = 0.5
+    boxes: Boxes = "receivers"
     sample_resolution: int = 180

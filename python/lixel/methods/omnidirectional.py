@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, TypeAlias
 
 from ..light import WITH_POSITION, Light, SpotLight
 from .base import BoxMethod, ShadowMapMethod
+
+Splitting: TypeAlias = Literal["light", "view"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +78,10 @@ class DualParaboloid(BoxMethod):
     ----------
     cut : {"hemisphere", "receivers"}
         What a map covers: its whole half of space, as published, or the box of its receivers.
+    splitting : {"light", "view"}
+        Which way the first half looks, so that the plane between the two is across it: along the
+        light's axis, or down; or along the mean direction to the corners of the truncated view
+        frustum, as in Eq. 1 of `ImprovedParaboloid`.
     snap : bool
         Texel snapping of the boxes of receivers, see `BoxMethod`.
 
@@ -101,6 +107,7 @@ class DualParaboloid(BoxMethod):
     lights: ClassVar[tuple[type[Light], ...]] = WITH_POSITION
 
     cut: Literal["hemisphere", "receivers"] = "hemisphere"
+    splitting: Splitting = "light"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,6 +138,10 @@ class ImprovedParaboloid(ShadowMapMethod):
         A paraboloid's texels are finer away from its axis, so this axis often points past the
         receivers. The map is rotated as that of `DesiredView`. Axis and rotation jump as the camera
         moves.
+    splitting : {"light", "view"}
+        Where two paraboloids are needed, which way the first looks, see `DualParaboloid`. With
+        ``"view"`` they are rotated to the view, which is all that the paper allows there (section
+        5); ``"light"`` is the regular pair that it falls back to (3.1).
 
     The others are those of `ShadowMapMethod`.
 
@@ -148,6 +159,7 @@ class ImprovedParaboloid(ShadowMapMethod):
     name: ClassVar[str] = "improved_paraboloid"
 
     cut: Literal["frustum", "cone", "receivers"] = "receivers"
+    splitting: Splitting = "light"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -60,6 +60,13 @@ def _straight(source: str) -> dict[str, PublishedValue]:
     }
 
 
+def _from(paper: str, values: Values) -> dict[str, PublishedValue]:
+    """What a paper takes from another one, whose sections these are."""
+    return {
+        name: given._replace(source=f"{paper}, {given.source}") for name, given in values.items()
+    }
+
+
 UNROTATED = _in(0.0, "no rotation of the light's image plane is described")
 
 # --- Rosen ---
@@ -125,7 +132,7 @@ _MILET_WARP: dict[str, PublishedValue] = {
     "rotation": UNROTATED,
 }
 _MILET_RTW = {
-    **_ROSEN_RTW,
+    **_from("Rosen", _ROSEN_RTW),
     **_MILET_WARP,
     "importance": _in("desired_view*distance", "section 4: both functions in all images"),
     "analysis": _in("backward", "section 4: RTW with backward analysis"),
@@ -149,13 +156,37 @@ _MILET_NOTW: dict[str, PublishedValue] = {
 }  # fmt: skip
 
 _THESIS: dict[str, PublishedValue] = {
-    **_MILET,
-    "resolution": _open(512, "section 5.3 names no size; that of the other experiments"),
-    "lookup": _in("depth", "section 3.3.2: the depth in the map is compared"),
+    "resolution": _in(512, "Table 5.3: maps of 512 x 512"),
+    "lookup": _in("depth", "section 2.3.1: the depth in the map is compared"),
     "bias": _in("constant", "section 2.3.2: some bias is added to the surface"),
+    "constant_bias": _open(None, "section 2.3.2: its value is not given; here a texel"),
 }
+_THESIS_PLANE = {
+    **_THESIS,
+    **_straight("section 5.4.1: the linear rasterization unit"),
+    "rotation": UNROTATED,
+}
+_THESIS_WARP: dict[str, PublishedValue] = {
+    **_THESIS,
+    "rasterization": _in("linear", "sections 4.1.3 and 5.4.1: the corners are warped"),
+    "tessellation": _open(
+        0.01, "section 5.4.1: adaptive tessellation, as Rosen's; its factor is not given"
+    ),
+    "rotation": UNROTATED,
+}
+_THESIS_RTW = {
+    **_from("Rosen", _ROSEN_RTW),
+    **_THESIS_WARP,
+    "importance": _in(
+        "desired_view*distance", "section 5.3.2: the desired view is among the functions by "
+        "default; the distance as in Milet et al., section 4"
+    ),
+    "analysis": _in("backward", "section 4.1.2: the fastest of the three"),
+    "fit": _in("uniform", "section 4.1.5: RTW finds the desired view from the importance map's "
+               "first and last rows and columns"),
+}  # fmt: skip
 _THESIS_NOTW: dict[str, PublishedValue] = {
-    **_MILET_NOTW,
+    **_THESIS_WARP,
     "importance": _in("count", "section 4.1.3: the number of view samples"),
     "importance_resolution": _in(None, "section 4.1.3: the resolution of the shadow map"),
     "function_count": _in(None, "section 4.1.4, Eq. 4.6: a function for every row and column"),
@@ -166,17 +197,17 @@ _THESIS_NOTW: dict[str, PublishedValue] = {
         "of the cells"
     ),
     "fit": _in("desired_view", "section 4.1.5: DV by parallel reduction"),
-    "rasterization": _in("linear", "sections 4.1.3 and 5.4.1: the linear rasterization unit"),
-    "tessellation": _open(
-        0.01, "section 5.4.1: adaptive tessellation, as Rosen's; its factor is not given"
-    ),
-    "resolution": _in(512, "Table 5.3: maps of 512 x 512"),
 }  # fmt: skip
-_THESIS_PARABOLOIDS: dict[str, PublishedValue] = {
+_THESIS_OMNIDIRECTIONAL: dict[str, PublishedValue] = {
     **_THESIS,
+    "resolution": _open(512, "section 5.3 names no size; that of the other experiments"),
+}
+_THESIS_PARABOLOIDS: dict[str, PublishedValue] = {
+    **_THESIS_OMNIDIRECTIONAL,
     "rasterization": _in("linear", "section 3.3.2: mapped only in the vertex shader"),
     "tessellation": _open(0.01, "section 3.3.2: the scene needs to be finely tessellated"),
     "cut": _in("hemisphere", "section 3.3.2: each paraboloid captures one hemisphere"),
+    "splitting": _in("light", "section 3.3.2: by the position and the orientation of the light"),
 }  # fmt: skip
 _OMNIDIRECTIONAL: dict[str, PublishedValue] = {
     "resolution": _open(512, "section 5.3 names no size; that of the other experiments"),
@@ -222,6 +253,8 @@ _CASCADES: dict[str, PublishedValue] = {
         "practical", "section 6.4: a basic implementation, whose planes are not given; Milet et "
         "al., section 2, name the practical splits"
     ),
+    "boxes": _in("slabs", "section 6.4: the view frustum is split; section 2 tells sample "
+                 "distribution shadow maps apart"),
     "weight": _open(0.5, "Milet et al., section 2: the average of logarithmic and uniform splits"),
 }  # fmt: skip
 
@@ -230,19 +263,17 @@ PUBLISHED: Mapping[str, Mapping[str, Values]] = MappingProxyType(
         "uniform": {
             "rosen-2012": _ROSEN_PLANE,
             "milet-2015": _MILET_PLANE,
-            "navratil": {**_THESIS, **_straight("section 2.3.1"), "rotation": UNROTATED},
+            "navratil": _THESIS_PLANE,
             "vanek-2011": {**_VANEK, **_straight("section 2"), "rotation": UNROTATED},
             "chong-2007": {**_CHONG, "rotation": UNROTATED},
         },
         "desired_view": {
             "milet-2015": _MILET_PLANE,
-            "navratil": {**_THESIS, **_straight("section 5.4.1"), "rotation": UNROTATED},
+            "navratil": _THESIS_PLANE,
         },
         "min_sm": {
-            "milet-2015": {
-                name: value for name, value in _MILET_PLANE.items() if name != "rotation"
-            },
-            "navratil": {**_THESIS, **_straight("section 5.4.1")},
+            "milet-2015": {**_MILET, **_straight("section 4.1: the linear rasterization unit")},
+            "navratil": {**_THESIS, **_straight("section 5.4.1: the linear rasterization unit")},
         },
         "focused": {"chong-2007": _CHONG_FRUSTUM},
         "lispsm": {"chong-2007": _CHONG_FRUSTUM},
@@ -263,21 +294,14 @@ PUBLISHED: Mapping[str, Mapping[str, Values]] = MappingProxyType(
                 "sample_resolution": _in(180, "section 2.4: 180 x 180 samples"),
                 "margin": _open(0.02, "section 2.4: the rectangle is grown slightly"),
                 "previous": _open(None, "section 2.3: the previous matrix is kept if a new one is "
-                                  "not much better; the frame before is not known here"),
+                                  "not much better; the frame before is given by hand"),
             }
         },
         "cascades": {"rosen-2012": _CASCADES},
         "rtw": {
             "rosen-2012": _ROSEN_RTW,
             "milet-2015": _MILET_RTW,
-            "navratil": {
-                **_MILET_RTW,
-                "fit": _in("uniform", "section 4.1.5: RTW finds the desired view from the "
-                           "importance map's first and last rows and columns"),
-                "importance": _in("desired_view*distance", "section 5.3.2: the desired view is "
-                                  "among the functions by default"),
-                "resolution": _in(512, "Table 5.3: maps of 512 x 512"),
-            },
+            "navratil": _THESIS_RTW,
         },
         "notw": {"milet-2015": _MILET_NOTW, "navratil": _THESIS_NOTW},
         "min_sm+notw": {
@@ -311,11 +335,13 @@ PUBLISHED: Mapping[str, Mapping[str, Values]] = MappingProxyType(
                 **_VANEK_PARABOLOID,
                 "cut": _in("frustum", "sections 3.2 and 3.3, Eq. 1 and 2: the light cone of the "
                            "truncated view frustum"),
+                "splitting": _in("light", "sections 3 and 3.1: the regular DPSM where the light is "
+                                 "inside; section 5 allows a rotation there"),
             }
         },
         "cube": {
             "navratil": {
-                **_THESIS,
+                **_THESIS_OMNIDIRECTIONAL,
                 **_straight("section 3.3.2: all transformations of cube shadow maps are linear"),
                 "cut": _in("face", "section 3.3.1: the faces of the cube"),
                 "turned": _in(False, "section 3.3.1: along the axes of its coordinate system"),
@@ -326,6 +352,7 @@ PUBLISHED: Mapping[str, Mapping[str, Values]] = MappingProxyType(
             "vanek-2011": {
                 **_VANEK_PARABOLOID,
                 "cut": _in("hemisphere", "section 2: a field of view of 180 degrees each"),
+                "splitting": _in("light", "section 3.1: the rotation of the paraboloids is fixed"),
             },
         },
         "ray_traced": {"rosen-2012": {}},

@@ -19,6 +19,10 @@ Fit: TypeAlias = Literal[
     "uniform",
     "min_sm",
     "principal_axes",
+    "cascades",
+    "focused",
+    "psm",
+    "plane_optimal",
     "lispsm",
     "scene_optimized",
     "cube",
@@ -86,17 +90,19 @@ class WarpMethod(BoxMethod, RotatedMethod):
         ``"uniform"`` that of `Uniform`, as Rosen has it (4.1): what no receiver falls in gets no
         texel by its importance alone;
         ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
-        axes of the receivers. ``"lispsm"`` and ``"scene_optimized"`` are the maps of
-        `LightSpacePerspective` and `SceneOptimized`; ``"cube"``, ``"dual_paraboloid"``,
+        axes of the receivers. ``"cascades"``, ``"focused"``, ``"psm"``, ``"plane_optimal"``,
+        ``"lispsm"`` and ``"scene_optimized"`` are the maps of `Cascades`, `Focused`,
+        `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective` and `SceneOptimized` with
+        their defaults; ``"cube"``, ``"dual_paraboloid"``,
         ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
         of its receivers.
     snap : bool
         Texel snapping of the map that is warped, see `BoxMethod`; with the fits
-        ``"desired_view"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``; that of ``"uniform"``
-        holds still anyway.
+        ``"desired_view"``, ``"cascades"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``; that
+        of ``"uniform"`` holds still anyway.
     rotation : float, optional
-        Of the map that is warped, see `RotatedMethod`; with the fits ``"desired_view"`` and
-        ``"uniform"``.
+        Of the map that is warped, see `RotatedMethod`; with the fits ``"desired_view"``,
+        ``"uniform"`` and ``"cascades"``.
     previous : Frame, optional
         The previous frame, of the same method. Its importance maps are blended in, so that the warp
         follows the view slowly (Rosen, 5.5). Each layer uses the old layer that lies nearest; what
