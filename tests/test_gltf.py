@@ -362,7 +362,7 @@ def test_missing_and_short_buffers_are_named(tmp_path):
 def test_a_chain_of_thousands_of_nodes(tmp_path):
     file = GltfFile()
     mesh = file.mesh(box(file))
-    count = 20_000
+    count = 5_000
     file.node(translation=[1, 0, 0], children=[1])
     for i in range(1, count):
         more = {"children": [i + 1]} if i < count - 1 else {"mesh": mesh}
@@ -378,7 +378,7 @@ def test_a_bomb_of_instances_is_refused(tmp_path):
     mesh = file.mesh(*[primitive] * 10)
     extensions = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}}
     file.node(mesh=mesh, extensions=extensions)
-    with pytest.raises(ValueError, match="its nodes hold more than 67,108,864 triangles"):
+    with pytest.raises(ValueError, match="its nodes hold more than 33,554,432 triangles"):
         lx.load(file.write(tmp_path / "scene.gltf"))
 
 

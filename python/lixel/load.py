@@ -12,13 +12,19 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import count
-from .files import gltf, obj, others, ply, stl
+from .files import dae, gltf, obj, off, others, ply, stl
 from .files.contents import Contents, Part, words_of
 from .scene import Scene, joined
 
 Up: TypeAlias = Literal["y", "z"]
 
-_READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
+_READERS = {
+    ".obj": obj.read,
+    ".ply": ply.read,
+    ".stl": stl.read,
+    ".off": off.read,
+    ".dae": dae.read,
+}
 
 FORMATS = (".glb", ".gltf", *_READERS, *others.ENDINGS)
 
@@ -39,13 +45,15 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
     Parameters
     ----------
     path : str or path
-        A .glb, .gltf, .obj, .ply or .stl file, or another that trimesh reads.
+        A .glb, .gltf, .obj, .ply, .stl, .off or .dae file, or another that trimesh reads: .3mf,
+        .3dxml, .xaml, .step. What needs more packages says so.
     height : int
         glTF cameras have an aspect ratio but no size: the height of their images in pixels. Where
         a camera has no aspect ratio, 16:9. ``Camera.resized`` changes it later.
     up : str
         ``"z"`` for a file whose Z axis points up, as CAD and maps have it: everything is turned
-        so that Y points up. It is (x, z, -y) of the file's (x, y, z).
+        so that Y points up. It is (x, z, -y) of the file's (x, y, z). A .dae file says itself
+        which axis that is.
 
     Returns
     -------
@@ -71,7 +79,7 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
         raise ValueError(f"path must end in {', '.join(FORMATS)}, got {str(file)!r}")
     # A broken file fails anywhere in the loaders, with any error there is.
     try:
-        contents = _read(file, height, _WORLD_FROM_FILE[up])
+        contents = _read(file, height, up)
         scene = joined([(part.positions, part.faces) for part in _shown(contents)])
     except MemoryError:
         raise
@@ -86,20 +94,21 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
     return scene
 
 
-def _read(file: Path, height: int, world_from_file: npt.NDArray[np.float64]) -> Contents:
+def _read(file: Path, height: int, up: Up) -> Contents:
     if file.suffix.lower() in (".glb", ".gltf"):
-        return gltf.read(file, height, world_from_file)
+        return gltf.read(file, height, _WORLD_FROM_FILE[up])
     contents = _READERS.get(file.suffix.lower(), others.read)(file)
-    turn = world_from_file[:3, :3].T
-    contents.parts = [p._replace(positions=p.positions @ turn) for p in contents.parts]
+    if "z" in (up, contents.up):
+        turn = _WORLD_FROM_FILE["z"][:3, :3].T
+        contents.parts = [p._replace(positions=p.positions @ turn) for p in contents.parts]
     return contents
 
 
 def _shown(contents: Contents) -> list[Part]:
     parts = [part for part in contents.parts if len(part.faces)]
     if not parts:
-        why = _listed(contents.unsupported) if contents.unsupported else "nothing else either"
-        raise ValueError(f"it must hold at least one triangle, and holds {why}")
+        why = f" that can be read: {_listed(contents.unsupported)}" if contents.unsupported else ""
+        raise ValueError(f"it must hold at least one triangle, and has none{why}")
     return parts
 
 

@@ -14,9 +14,11 @@ from ..light import Light
 Positions = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int64]
 
-FEWEST_TRIANGLES = 1 << 26
-"""A file may hold as many triangles as it has bytes, and always this many: copies of a mesh cost
-the file next to nothing, and would fill the memory."""
+_FEWEST_TRIANGLES = 1 << 25
+"""A file may hold as many triangles as it has bytes, and always this many."""
+
+_COST_OF_COPY = 64
+"""What a copy takes beside its vertices, in triangles."""
 
 
 class FileError(ValueError):
@@ -37,14 +39,32 @@ class Part(NamedTuple):
     uv: npt.NDArray[np.float64] | None = None
 
 
+class Room:
+    """How much a file may still hold. Copies of a mesh cost the file next to nothing, and would
+    fill the memory."""
+
+    def __init__(self, file_size: int) -> None:
+        self._most = self._left = max(_FEWEST_TRIANGLES, file_size)
+
+    def take(self, faces: Faces, positions: Positions, copies: int = 1) -> None:
+        """FileError where there is no room for copies of a mesh."""
+        self._left -= (max(len(faces), len(positions)) + _COST_OF_COPY) * copies
+        if self._left < 0:
+            raise FileError(
+                f"its nodes hold more than {self._most:,} triangles, copies counted; split it"
+            )
+
+
 @dataclass
 class Contents:
-    """All of a file that lixel takes, and a word on each thing that it does not."""
+    """All of a file that lixel takes, and a word on each thing that it does not. `up` is the axis
+    that points up, by the file's own word."""
 
     parts: list[Part] = field(default_factory=list)
     cameras: dict[str, Camera] = field(default_factory=dict)
     lights: dict[str, Light] = field(default_factory=dict)
     unsupported: list[str] = field(default_factory=list)
+    up: str = "y"
 
     def leave_out(self, what: str) -> None:
         """Name what is left out, once."""
@@ -56,7 +76,7 @@ def words_of(error: BaseException) -> str:
     """An error as part of a sentence; a broken file fails with any error there is."""
     if isinstance(error, KeyError):
         return f"it has no {error.args[0]!r}"
-    if isinstance(error, ValueError) and str(error):
+    if isinstance(error, ValueError | ImportError) and str(error):
         return str(error)
     return f"it cannot be understood ({type(error).__name__}: {error})"
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..contents import FEWEST_TRIANGLES, Contents, FileError, Part, unused, words_of
+from ..contents import Contents, FileError, Part, Room, unused, words_of
 from .accessors import accessor
 from .document import Document, Object, entry_of, extension_of
 from .nodes import Matrix, Node, composed, moved, nodes_of
@@ -35,7 +35,7 @@ class _Reader:
         self._joints = JointsInWorld(document, world_from_file)
         self._lights = document.extension(LIGHTS).get("lights", [])
         self._read_primitives: dict[tuple[int, int, tuple[float, ...]], Primitive] = {}
-        self._triangles = 0
+        self._room = Room(document.size)
         self._names: dict[str, dict[str, object]] = {"camera": {}, "light": {}}
 
     def read(self, node: Node) -> None:
@@ -81,12 +81,8 @@ class _Reader:
     def _placed(self, node: Node, primitive: Primitive) -> Iterator[npt.NDArray[np.float64]]:
         """The vertices in world space, once for each instance."""
         instances = _instances(self._document, node.entry)
-        self._triangles += len(primitive.faces) * (1 if instances is None else len(instances))
-        most = max(FEWEST_TRIANGLES, self._document.size)
-        if self._triangles > most:
-            raise FileError(
-                f"its nodes hold more than {most:,} triangles; split it, or leave out copies"
-            )
+        copies = 1 if instances is None else len(instances)
+        self._room.take(primitive.faces, primitive.positions, copies)
         if "skin" in node.entry:
             yield skinned(self._document, node.entry["skin"], primitive, self._joints)
         elif instances is None:
