@@ -391,6 +391,22 @@ def test_json_of_any_kind_is_refused(text, tmp_path):
         lx.load(tmp_path / "scene.gltf")
 
 
+def test_an_extension_that_must_be_understood_is_named(tmp_path):
+    file = GltfFile()
+    file.node(mesh=file.mesh(box(file)))
+    file.tree["extensionsRequired"] = ["KHR_texture_basisu", "ACME_bent_space"]
+    scene = loaded(file, tmp_path, "the extension ACME_bent_space, which the file requires")
+    assert same_triangles(scene, (POINTS, FACES))
+
+
+def test_names_in_latin_1_and_zeros_after_the_text(tmp_path):
+    file = GltfFile()
+    file.node(mesh=file.mesh(box(file)), name="Kaempfer")
+    path = file.write(tmp_path / "scene.gltf")
+    path.write_bytes(path.read_bytes().replace(b"Kaempfer", "Kämpfer".encode("latin-1")) + b"\0\0")
+    assert lx.load(path).triangle_count == len(FACES)
+
+
 def test_a_glb_of_version_1_says_so(tmp_path):
     text = json.dumps({"asset": {}}).encode()
     content = struct.pack("<4s4I", b"glTF", 1, 20 + len(text), len(text), 0) + text

@@ -39,7 +39,12 @@ class Document:
         elif path.suffix.lower() == ".glb":
             raise FileError("it does not start as a .glb file does, with the letters glTF")
         try:
-            tree = json.loads(text)
+            # Some programs pad it with zeros.
+            text = text.rstrip(b"\0")
+            try:
+                tree = json.loads(text)
+            except UnicodeDecodeError:
+                tree = json.loads(text.decode("latin-1"))
         except (ValueError, RecursionError) as error:
             raise FileError(f"its JSON cannot be read: {error}") from None
         if not isinstance(tree, dict) or not isinstance(tree.get("asset"), dict):

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..contents import Contents, FileError, Part, Room, unused, words_of
 from .accessors import accessor
+from .compression import DRACO, MESHOPT
 from .document import Document, Object, entry_of, extension_of
 from .nodes import Matrix, Node, composed, moved, nodes_of
 from .primitives import MODES_WITHOUT_TRIANGLES, Primitive
@@ -18,10 +19,29 @@ from .views import LIGHTS, camera_of, light_of
 
 _INSTANCING = "EXT_mesh_gpu_instancing"
 
+_READ = (
+    DRACO,
+    *MESHOPT,
+    _INSTANCING,
+    LIGHTS,
+    "KHR_mesh_quantization",
+    "KHR_node_visibility",
+    # What has nothing to do with where triangles are.
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_animation_",
+    "KHR_xmp",
+    "EXT_texture_",
+    "MSFT_texture_",
+)
+
 
 def read_scene(document: Document, height: int, world_from_file: Matrix) -> Contents:
     """Everything that the file's scene shows. What cannot be read costs itself, and is named."""
     reader = _Reader(document, height, world_from_file)
+    for extension in document.items("extensionsRequired"):
+        if not str(extension).startswith(_READ):
+            reader.contents.leave_out(f"the extension {extension}, which the file requires")
     for node in nodes_of(document, world_from_file):
         reader.read(node)
     return reader.contents
