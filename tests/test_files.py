@@ -163,6 +163,14 @@ def test_obj_that_is_wrong_is_refused_with_its_line(text, words, tmp_path):
         lx.load(path)
 
 
+def test_a_bent_polygon_keeps_all_of_its_corners(tmp_path):
+    path = tmp_path / "bent.obj"
+    path.write_text("v -5 0 5\nv 5 0 5\nv 5 0 -5\nv -5 0 -5\nv 0 5 -5\nf 1// 2// 3// 4// 5//\n")
+    scene = loaded(path)
+    assert scene.triangle_count == 3
+    assert len(np.unique(scene.faces)) == 5
+
+
 # --- PLY ---
 
 SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [-2, 1, 0]], dtype=float)
@@ -209,6 +217,16 @@ def test_ply_of_every_layout(layout, end, rows, kinds, triangles, size, tmp_path
     assert scene.triangle_count == triangles
     assert area(scene) == pytest.approx(size)
     assert np.array_equal(scene.vertices, SQUARE)
+
+
+def test_ply_lines_may_hold_more_than_is_declared(tmp_path):
+    path = tmp_path / "more.ply"
+    text = ply("ascii", [[0, 1, 2], [0, 1, 2, 3]]).replace(b" 2 8 9\n", b" 2 8 9 1 1 1\n")
+    path.write_bytes(text)
+    assert loaded(path).triangle_count == 3
+    # And a row may take more lines than one.
+    path.write_bytes(ply("ascii", [[0, 1, 2], [0, 1, 2, 3]]).replace(b" 2 8 9\n", b"\n2\n8 9\n"))
+    assert loaded(path).triangle_count == 3
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -33,7 +33,7 @@ def written(path, content):
     "text",
     [
         f"OFF\n6 1 0\n{ROWS}\n6 0 1 2 3 4 5\n",
-        f"OFF 6 1 0\n{ROWS}\n6 0 1 2 3 4 5 255 0 0 # red\n",
+        f" \t OFF6 1 0 # so\n{ROWS}\n6 0 1 2 3 4 5 255 0 0 # red\n",
         f"\ufeff# made by hand\nOFF # so\n\n6 1\n{ROWS}\n\n6 0 1 2 3 4 5",
         "COFF\n6 1 0\n" + ROWS.replace("\n", " 255 0 0 255\n") + " 0 0 0 1\n6 0 1 2 3 4 5\n",
         "STCNOFF\n6 1 0\n" + ROWS.replace("\n", " 0 1 0 .5 .5\n") + " 0 1 0 1 1\n6 0 1 2 3 4 5\n",

@@ -11,7 +11,7 @@ from .contents import Contents, FileError, Part
 from .polygons import triangulated
 from .text import name_of, numbers, plain
 
-_WORD = re.compile(rb"(ST)?C?N?(4?n?)OFF\b", re.I)
+_WORD = re.compile(rb"(ST)?C?N?(4?n?)OFF", re.I)
 
 
 def read(path: Path) -> Contents:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy.typing as npt
 
 from .contents import Contents, FileError, Part
 from .polygons import triangulated
-from .text import numbers
+from .text import numbers, plain
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -39,6 +40,10 @@ class _Element:
     count: int
     properties: list[_Property] = field(default_factory=list)
 
+    @cached_property
+    def has_lists(self) -> bool:
+        return bool(self.lists)
+
     @property
     def lists(self) -> list[str]:
         return [p.name for p in self.properties if p.count_type]
@@ -53,7 +58,8 @@ def read(path: Path) -> Contents:
     order, elements = _elements(header[0].decode("latin-1"))
     # A header of CR alone ends with one byte, even if the data begin with a line feed.
     start = header.end() - (header[1] == b"\r" and header[2] == b"\r\n")
-    body = _Text(content[start:]) if not order else _Binary(content[start:], order)
+    rest = content[start:]
+    body = _Binary(rest, order) if order else _Text(rest, elements)
     columns = {element.name: body.rows(element) for element in elements}
     return _contents(columns)
 
@@ -207,8 +213,13 @@ class _Binary(_Body):
 
 
 class _Text(_Body):
-    def __init__(self, content: bytes) -> None:
-        words = content.split()
+    def __init__(self, content: bytes, elements: list[_Element]) -> None:
+        rows = [row for line in plain(content).split(b"\n") if (row := line.split())]
+        if len(rows) == sum(element.count for element in elements):
+            # Some programs write more into a line than they declare.
+            kinds = (element for element in elements for _ in range(element.count))
+            rows = [_declared(row, kind) for row, kind in zip(rows, kinds, strict=True)]
+        words = [word for row in rows for word in row]
         try:
             self._numbers = numbers(words)
         except ValueError as error:
@@ -239,6 +250,17 @@ class _Text(_Body):
             columns[name] = rows[:, at : at + length] if name in lengths else rows[:, at]
             at += length if name in lengths else 1
         return columns
+
+
+def _declared(row: list[bytes], element: _Element) -> list[bytes]:
+    """As many words of a line as the header declares."""
+    if not element.has_lists:
+        return row[: len(element.properties)]
+    at = 0
+    for p in element.properties:
+        length = row[at] if p.count_type and at < len(row) else b""
+        at += 1 + (int(length) if length.isdigit() else 0)
+    return row[:at]
 
 
 def _contents(columns: dict[str, dict[str, Any]]) -> Contents:

@@ -10,6 +10,9 @@ from .contents import Faces, Positions
 _ROUNDING = 1e-12
 """A corner between two edges of one line turns by no more than this, in parts of the polygon."""
 
+_FLAT = 1e-6
+"""A polygon is flat if its corners are this near to a plane, in parts of its size."""
+
 
 def triangulated(
     positions: Positions, corners: npt.NDArray[np.int64], sizes: npt.NDArray[np.int64]
@@ -75,5 +78,12 @@ def _ears(points: Positions) -> npt.NDArray[np.int64]:
     normal = np.cross(points - points[0], following - points[0]).sum(axis=0)
     kept = [axis for axis in range(3) if axis != np.argmax(np.abs(normal))]
     flat = np.ascontiguousarray(points[:, kept])
-    ears = mapbox_earcut.triangulate_float64(flat, np.array([len(flat)], dtype=np.uint32))
-    return np.asarray(ears, dtype=np.int64).reshape(-1, 3)
+    found = mapbox_earcut.triangulate_float64(flat, np.array([len(flat)], dtype=np.uint32))
+    ears = np.asarray(found, dtype=np.int64).reshape(-1, 3)
+    # Corners on a line of the plane have no ear; in space that line may be bent, and then it has.
+    heights = (points - points[0]) @ normal
+    is_flat = np.ptp(heights) <= _FLAT * np.linalg.norm(normal) * np.ptp(points, axis=0).max()
+    if len(ears) < len(points) - 2 and not is_flat:
+        steps = np.arange(1, len(points) - 1)
+        return np.stack([0 * steps, steps, steps + 1], axis=1)
+    return ears
