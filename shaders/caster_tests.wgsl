@@ -399,7 +399,7 @@ fn walk(invocation: Invocation) {
                     let normal = grid_from_offset(grid, normal_of_triangle(id));
                     let met = meeting(in_grid.ray, edges, a, b, c, normal, in_grid.room);
                     let is_own = first_of(detail) == id;
-                    if met.is_certain && !is_own {
+                    if met.is_certain && !is_own && !is_masked(id) {
                         visibility[second_of(detail)] = 0.0;
                     } else if met.is_possible && !is_own {
                         unsure |= 1u << i;

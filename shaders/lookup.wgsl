@@ -20,6 +20,7 @@
 #import lib/image_tiles
 #import lib/edges
 #import lib/seams
+#import mask
 #import stored
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
@@ -424,5 +425,6 @@ fn hits(projection: Projection, id: u32, plane: ReceiverPlane, margin: f32) -> b
         dot(plane.start.normal, corners.c - plane.q),
     );
     let is_level = plane.bias.is_edge_on && max(max(heights.x, heights.y), heights.z) <= margin;
-    return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0 && is_before && !is_level;
+    let is_met = min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0;
+    return is_met && is_before && !is_level && is_solid(id, e);
 }

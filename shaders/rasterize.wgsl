@@ -71,7 +71,7 @@ fn split_item(job: Job, warp: Warp, item: Item) {
             }
             let whole = bound_of_fine_tile(projection, tile);
             // Not an `if`, which a software driver would do for every tile.
-            var may_hide = culls_hidden && all(part.first == whole.first) && all(part.last == whole.last);
+            var may_hide = culls_hidden && !is_masked(item.triangle) && all(part.first == whole.first) && all(part.last == whole.last);
             while may_hide {
                 may_hide = false;
                 hide_behind(projection, triangle, box, tile);

@@ -144,7 +144,7 @@ fn split_item(job: Job, warp: Warp, item: Item) {
                     append_item(item.triangle, bits_of_part(job, corner / SIDE, u32(band), nearest));
                 }
                 // Not an `if`, which a software driver would do for every tile.
-                var may_hide = culls_hidden && is_wide && rows.x <= corner.y;
+                var may_hide = culls_hidden && !is_masked(item.triangle) && is_wide && rows.x <= corner.y;
                 while may_hide {
                     may_hide = false;
                     let whole = box_of_bound(projection, warp, bound_of_fine_tile(projection, corner / SIDE));

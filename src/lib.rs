@@ -30,6 +30,7 @@ mod lanes;
 mod light;
 mod lock;
 mod map_settings;
+mod masks;
 mod methods;
 mod neighbourhood;
 mod occlusion;

@@ -71,7 +71,7 @@ impl<'a> ReceiverRay<'a> {
         let corners = self.scene.corners(caster);
         let relative = corners.map(|corner| (corner - self.eye) - self.point);
         caster != self.triangle
-            && is_inside(relative, self.axes[0], self.axes[1])
+            && self.meets(caster, relative, self.axes)
             && self.is_behind(relative, self.source.side_of(corners))
     }
 
@@ -81,11 +81,18 @@ impl<'a> ReceiverRay<'a> {
         let corners = self.scene.corners(triangle);
         let from_eye = corners.map(|corner| corner - self.eye);
         let (x, y) = self.point.normalize().any_orthonormal_pair();
-        is_inside(from_eye, x, y)
+        self.meets(triangle, from_eye, [x, y])
             && self.is_behind(
                 from_eye.map(|corner| corner - self.point),
                 Source::Point(self.eye).side_of(corners),
             )
+    }
+
+    /// Whether the origin is inside of a triangle that is seen along axes, and not in one of its holes.
+    fn meets(&self, triangle: u32, corners: [DVec3; 3], [x, y]: [DVec3; 2]) -> bool {
+        let edges = edges_at_origin(corners, x, y);
+        let has_one_sign = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+        has_one_sign && edges != [0.0; 3] && self.scene.is_solid(triangle, edges)
     }
 
     /// Whether the receiver is on the other side of a triangle's plane, by more than float64 rounds. Corners are
@@ -134,12 +141,11 @@ pub fn facing(scene: &Scene, camera: &Camera, light: &Light, triangles: &[i32]) 
     pixels.map(faces).collect()
 }
 
-/// Whether the origin is inside of a triangle that is seen along axes.
-fn is_inside(corners: [DVec3; 3], x: DVec3, y: DVec3) -> bool {
+/// Of a triangle that is seen along axes, the edge opposite to each corner: twice the area between it and the origin. These
+/// are the corners' shares of the point at the origin, too.
+fn edges_at_origin(corners: [DVec3; 3], x: DVec3, y: DVec3) -> [f64; 3] {
     let [a, b, c] = corners.map(|v| DVec2::new(x.dot(v), y.dot(v)));
-    let edges = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
-    let has_one_sign = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
-    has_one_sign && edges != [0.0; 3]
+    [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)]
 }
 
 /// The corner that is nearest to the origin: it knows best how far that is off the plane.

@@ -30,12 +30,16 @@
 //! passes the middle of a pixel within their rounding, [`ROUNDING`] times the distance, and where its
 //! shadow differs they are not to blame. Such pixels are no ties: they are counted on their own.
 //!
+//! **Holes.** A masked triangle is hit where its alpha at the point reaches the cutoff. Rounding moves the point over the
+//! image, too: where that may change the answer, the triangle is possibly hit, and rays nearby may slip through.
+//!
 //! **Far from the origin.** All coordinates are relative to the eye, or to the receiver, before
 //! anything is multiplied.
 
 use crate::bvh::{Search, ThickRay};
 use crate::camera::Camera;
 use crate::light::Light;
+use crate::masks::{Mask, Solidity};
 use crate::rounding::{FLOAT64_ROUNDING as GRANTED, MAX_SEEN_ROUNDING, ROUNDING};
 use crate::scene::{Scene, unit_normal};
 use crate::sides::Source;
@@ -266,7 +270,7 @@ fn covered_until(candidates: &[(u32, Contact)], range: (f64, f64)) -> f64 {
             let offset = if i == 8 { 0.0 } else { radius } * DVec2::from_angle(angle);
             candidates
                 .iter()
-                .filter(|(_, contact)| contact.lies_within(range))
+                .filter(|(_, contact)| contact.lies_within(range) && !contact.leaks)
                 .filter(|(_, contact)| is_inside(contact.corners.map(|c| c - offset)))
                 .map(|(_, contact)| contact.far)
                 .fold(f64::INFINITY, f64::min)
@@ -449,6 +453,8 @@ struct Contact {
     inside: bool,
     /// Whether it is hit for all roundings.
     definite: bool,
+    /// Whether a ray nearby may pass through a hole of it.
+    leaks: bool,
     /// The distances at which it may be hit within rounding.
     near: f64,
     far: f64,
@@ -556,6 +562,18 @@ impl Ray {
         if far < self.range.0 || near > self.range.1 {
             return None;
         }
+        let mut leaks = false;
+        if let Some(mask) = scene.mask_of(triangle) {
+            match mask.solidity(edges, self.reach_in_image(&mask, corners, margin)) {
+                Solidity::Solid => {}
+                Solidity::Hole => return None,
+                Solidity::Open(is_solid) => {
+                    leaks = true;
+                    crossing = crossing.filter(|_| is_solid);
+                }
+            }
+        }
+        let inside = inside && !leaks;
         let (start, end) = self.range;
         let mut contact = Contact {
             corners,
@@ -564,12 +582,29 @@ impl Ray {
             parts_ends: false,
             inside,
             definite: false,
+            leaks,
             near,
             far,
             margin,
         };
         contact.definite = inside && contact.lies_within(self.range);
         Some(contact)
+    }
+}
+
+impl Ray {
+    /// How far a point of a triangle moves over its alpha image, and its factor changes, where rounding moves the ray by a
+    /// margin across itself. Corners are in the plane across the ray.
+    fn reach_in_image(&self, mask: &Mask, corners: [DVec2; 3], margin: f64) -> DVec3 {
+        let [a, b, c] = corners;
+        let area = (b - a).perp_dot(c - a).abs();
+        let reach = |k: usize| {
+            let [of_a, of_b, of_c] = mask.corners.map(|corner| corner[k]);
+            let steepest = (of_a * (c - b) + of_b * (a - c) + of_c * (b - a)).length() / area;
+            let size = of_a.abs().max(of_b.abs()).max(of_c.abs());
+            margin * steepest + self.granted * size
+        };
+        DVec3::new(reach(0), reach(1), reach(2))
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::edge_directions::EdgeDirections;
 use crate::error::{Result, ensure_value};
 use crate::geometry::bounds_of;
+use crate::masks::{Mask, Masks};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::OnceLock;
@@ -12,6 +13,8 @@ use std::sync::OnceLock;
 pub struct Scene {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// Where no triangle has holes, nothing is looked up.
+    masks: Option<Masks>,
     derived: Derived,
     generation: u64,
 }
@@ -58,9 +61,21 @@ impl Scene {
         Ok(Self {
             vertices,
             triangles,
+            masks: None,
             derived,
             generation: 0,
         })
+    }
+
+    /// The same with triangles that have holes.
+    pub fn with_masks(self, masks: Option<Masks>) -> Result<Self> {
+        let triangles = self.triangles.len();
+        let count = masks.as_ref().map_or(triangles, Masks::triangle_count);
+        ensure_value!(
+            count == triangles,
+            "face_alpha must have one number for each of {triangles} faces, got {count}"
+        );
+        Ok(Self { masks, ..self })
     }
 
     /// Moves the vertices; the triangles stay.
@@ -83,6 +98,23 @@ impl Scene {
 
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    pub fn masks(&self) -> Option<&Masks> {
+        self.masks.as_ref()
+    }
+
+    /// What masks a triangle, if it has holes.
+    #[inline]
+    pub fn mask_of(&self, triangle: u32) -> Option<Mask<'_>> {
+        self.masks.as_ref()?.of_triangle(triangle)
+    }
+
+    /// Whether a triangle is there at a point of it, of which each corner has a share.
+    #[inline]
+    pub fn is_solid(&self, triangle: u32, shares: [f64; 3]) -> bool {
+        let mask = self.mask_of(triangle);
+        mask.is_none_or(|mask| mask.is_solid(shares))
     }
 
     /// Unit normals by the right-hand rule, one for each triangle; zero where the area is zero.

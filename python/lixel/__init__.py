@@ -42,6 +42,7 @@ from .info import Info, info
 from .lab.study import study
 from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from .load import load
+from .masks import AlphaMask
 from .methods import (
     METHODS,
     Auto,
@@ -73,6 +74,7 @@ from .warps import importance_map, unwarp_points, warp_map, warp_points
 
 __all__ = [
     "METHODS",
+    "AlphaMask",
     "Auto",
     "Camera",
     "Cascades",

@@ -37,7 +37,15 @@ class DeviceError(RuntimeError):
 class Scene:
     """Triangles in world space, validated once: `lixel.Scene` without its cameras and lights."""
 
-    def __new__(cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Scene: ...
+    def __new__(
+        cls,
+        vertices: npt.NDArray[np.float64],
+        faces: npt.NDArray[np.int64],
+        masks: tuple[object, ...] | None = None,
+    ) -> Scene:
+        """`masks`: of each face the number of its alpha image, -1 where it is opaque (int32); of
+        the corners of the others u, v and a factor of alpha, (k, 3, 3); and a list of images, each
+        with its wraps along u and v and its cutoff."""
     @property
     def vertices(self) -> npt.NDArray[np.float64]:
         """(n, 3) float64: a copy of the corner positions."""
@@ -52,6 +60,9 @@ class Scene:
     @property
     def degenerate_count(self) -> int:
         """How many triangles have zero area; they neither cast nor receive."""
+    @property
+    def masked_count(self) -> int:
+        """How many triangles have holes."""
     def update_vertices(self, vertices: npt.NDArray[np.float64]) -> None:
         """Move the vertices, (n, 3), in their old order; the triangles stay."""
 

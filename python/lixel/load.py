@@ -80,7 +80,8 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
     # A broken file fails anywhere in the loaders, with any error there is.
     try:
         contents = _read(file, height, up)
-        scene = joined([(part.positions, part.faces) for part in _shown(contents)])
+        parts = _shown(contents)
+        scene = joined([(p.positions, p.faces) for p in parts], [p.mask for p in parts])
     except MemoryError:
         raise
     except Exception as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -12,6 +12,8 @@ from . import _core
 from .arguments import INTEGER, array_of, reals
 from .camera import Camera
 from .light import Light
+from .masks import AlphaMask, Masks, PartMask, masks_of_arrays, masks_of_parts
+from .trimesh_masks import TrimeshMasks
 
 if TYPE_CHECKING:
     import trimesh
@@ -28,6 +30,13 @@ class Scene:
         Corner positions in world units, right-handed. float64 keeps its precision.
     faces : (m, 3) int
         Rows index `vertices`. Triangles of zero area are allowed, counted and ignored.
+    uv : (n, 2) or (m, 3, 2) float, optional
+        Texture coordinates of each vertex, or of each corner of each face, where faces have holes:
+        (0, 0) is the first corner of row 0 of an image, as in glTF.
+    alpha : AlphaMask or sequence of AlphaMask, optional
+        The images that say where the holes are.
+    face_alpha : (m,) int, optional
+        Which of them a face has, -1 where it is opaque; without it all faces have the only one.
 
     Attributes
     ----------
@@ -43,8 +52,8 @@ class Scene:
     TypeError
         An array that does not hold real numbers (`vertices`) or integers (`faces`).
     ValueError
-        A wrong shape, no triangle, a vertex that is not finite, an index out of range; the message
-        names the argument, the rule and the row.
+        A wrong shape, no triangle, a vertex that is not finite, an index out of range, alpha images
+        of more than 2**27 texels together; the message names the argument, the rule and the row.
 
     Examples
     --------
@@ -57,13 +66,43 @@ class Scene:
     lights: dict[str, Light]
     unsupported: tuple[str, ...]
 
-    def __init__(self, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> None:
+    def __init__(
+        self,
+        vertices: npt.ArrayLike,
+        faces: npt.ArrayLike,
+        *,
+        uv: npt.ArrayLike | None = None,
+        alpha: AlphaMask | Sequence[AlphaMask] | None = None,
+        face_alpha: npt.ArrayLike | None = None,
+    ) -> None:
         positions = reals("vertices", vertices, "n", 3)
-        self._core = _core.Scene(positions, _indices(faces, len(positions)))
+        triangles = _indices(faces, len(positions))
+        masks = masks_of_arrays(triangles, len(positions), uv, alpha, face_alpha)
+        self._set(positions, triangles, masks)
+
+    def _set(
+        self,
+        vertices: npt.NDArray[np.float64],
+        faces: npt.NDArray[np.int64],
+        masks: Masks | None,
+    ) -> None:
+        self._core = _core.Scene(vertices, faces, masks.of_core() if masks else None)
+        self._masks = masks if self._core.masked_count else None
         self._generation = 0
         self.cameras = {}
         self.lights = {}
         self.unsupported = ()
+
+    @classmethod
+    def _of(
+        cls,
+        vertices: npt.NDArray[np.float64],
+        faces: npt.NDArray[np.int64],
+        masks: Masks,
+    ) -> Scene:
+        scene = cls.__new__(cls)
+        scene._set(np.ascontiguousarray(vertices), np.ascontiguousarray(faces), masks)
+        return scene
 
     @classmethod
     def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene) -> Scene:
@@ -71,6 +110,10 @@ class Scene:
 
         Node transforms are applied in float64. A camera that was set in the trimesh scene is
         `cameras[name]`; trimesh keeps no lights worth having. Point clouds and paths are left out.
+
+        Triangles have holes where their material has a texture with alpha: a `PBRMaterial` whose
+        `alphaMode` is "MASK" ("BLEND" is taken for it, with a cutoff of 0.5), a `SimpleMaterial`
+        whose image has alpha. Textures repeat.
 
         Parameters
         ----------
@@ -86,12 +129,17 @@ class Scene:
         import trimesh
 
         if isinstance(mesh, trimesh.Trimesh):
+            mask = TrimeshMasks().of_mesh(mesh)
+            if mask is not None:
+                return joined([(mesh.vertices, mesh.faces)], [mask])
             return cls(mesh.vertices, mesh.faces)
         if not isinstance(mesh, trimesh.Scene):
             raise TypeError(
                 f"mesh must be a trimesh.Trimesh or a trimesh.Scene, got {type(mesh).__name__}"
             )
         parts: list[Mesh] = []
+        masks: list[PartMask | None] = []
+        masks_of_meshes = TrimeshMasks()
         for node in mesh.graph.nodes_geometry:
             world_from_node, name = mesh.graph[node]
             part = mesh.geometry[name]
@@ -101,9 +149,10 @@ class Scene:
             if not np.array_equal(world_from_node, np.eye(4)):
                 positions = positions @ world_from_node[:3, :3].T + world_from_node[:3, 3]
             parts.append((positions, part.faces))
+            masks.append(masks_of_meshes.of_mesh(part))
         if not parts:
             raise ValueError("mesh must hold at least one triangle, got a scene with none")
-        scene = joined(parts)
+        scene = joined(parts, masks)
         if mesh.has_camera:
             scene.cameras[str(mesh.camera.name)] = Camera.from_trimesh(mesh)
         return scene
@@ -127,6 +176,11 @@ class Scene:
     def triangle_count(self) -> int:
         """How many triangles there are, those of zero area included."""
         return self._core.triangle_count
+
+    @property
+    def masked_count(self) -> int:
+        """How many triangles have holes, where an alpha image is below its cutoff."""
+        return self._core.masked_count
 
     @property
     def degenerate_count(self) -> int:
@@ -155,16 +209,28 @@ class Scene:
         parts = [f"{self.triangle_count:,} triangles"]
         if self.degenerate_count:
             parts.append(f"{self.degenerate_count:,} of zero area")
+        if self.masked_count:
+            parts.append(f"{self.masked_count:,} with holes")
         parts.append(f"bounds {_point(low)} to {_point(high)}")
         parts += [f"{len(d)} {n}" for n, d in (("cameras", self.cameras), ("lights", self.lights))]
         return f"<lixel.Scene: {', '.join(parts)}>"
+
+    def _bytes(self) -> Iterator[bytes]:
+        """All that makes its shadows."""
+        yield self.vertices.tobytes()
+        yield self.faces.tobytes()
+        if self._masks is not None:
+            yield from self._masks.bytes()
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_core": (self.vertices, self.faces)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vertices, faces = state["_core"]
-        self.__dict__.update(state | {"_core": _core.Scene(vertices, faces.astype(np.int64))})
+        masks = state["_masks"].of_core() if state.get("_masks") else None
+        self.__dict__.update(
+            state | {"_core": _core.Scene(vertices, faces.astype(np.int64), masks)}
+        )
 
     def __copy__(self) -> Scene:
         # A shallow copy that shared the geometry would move with the original.
@@ -178,12 +244,15 @@ class Scene:
         return twin
 
 
-def joined(parts: Iterable[Mesh]) -> Scene:
-    """A scene of parts, each corner positions (n, 3) and triangles (m, 3)."""
+def joined(parts: Iterable[Mesh], masks: Sequence[PartMask | None] = ()) -> Scene:
+    """A scene of parts, each corner positions (n, 3) and triangles (m, 3), and what masks each."""
     meshes = [(np.asarray(v, np.float64), np.asarray(f, np.int64)) for v, f in parts]
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes[:-1])])
     faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=True)]
-    return Scene(np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces))
+    positions, triangles = np.concatenate([v for v, _ in meshes]), np.concatenate(faces)
+    counted = [(len(f), mask) for f, mask in zip(faces, masks, strict=bool(masks))]
+    found = masks_of_parts(counted)
+    return Scene(positions, triangles) if found is None else Scene._of(positions, triangles, found)
 
 
 def _point(p: npt.NDArray[np.float64]) -> str:

@@ -3,6 +3,7 @@
 #import target
 #import warp
 #import caster
+#import mask
 #import lib/work_items
 
 struct Job {
@@ -159,10 +160,11 @@ fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
     return min(min(e.x, e.y), e.z) >= 0.0 && max(max(e.x, e.y), e.z) > 0.0;
 }
 
-// Draws a texel that the caster covers, where its ray meets it in the range of depths.
+// Draws a texel that the caster covers, where its ray meets it in the range of depths and not in a hole.
 fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
     let z = clamp_to_nearest(depth_of_caster(projection, caster, ray), projection.z_min);
-    if z >= projection.z_min && z <= projection.z_max {
+    let is_in_range = z >= projection.z_min && z <= projection.z_max;
+    if is_in_range && is_solid(id, edges_at(caster.triangle, ray)) {
         store_texel(u32(texel.y) * projection.size.x + u32(texel.x), stored_depth(projection, z), id);
     }
 }

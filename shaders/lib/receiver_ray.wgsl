@@ -7,6 +7,7 @@
 #import lib/receivers
 #import lib/shadow_ray
 #import lib/triangles
+#import mask
 
 struct ReceiverRay {
     own_triangle: u32,
@@ -58,6 +59,31 @@ fn meets(ray: ReceiverRay, triangle: u32, vertices: vec3<u32>, eye_high: vec3<f3
     let b = offset_from_vertex(vertices.y, eye_high, eye_low) - ray.point;
     let c = offset_from_vertex(vertices.z, eye_high, eye_low) - ray.point;
     let normal = normal_of_triangle(triangle);
+    if is_masked(triangle) {
+        let met = meets_solid(ray, side, a, b, c, normal);
+        let solidity = solidity_on_ray(ray, triangle, a, b, c);
+        return Meeting(met.is_possible && solidity.may_be, met.is_certain && solidity.is_sure);
+    }
+    return meets_solid(ray, side, a, b, c, normal);
+}
+
+// What the ray meets of a masked triangle. The shares of its corners are as wrong as the edges that they are from.
+fn solidity_on_ray(ray: ReceiverRay, triangle: u32, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Solidity {
+    let pa = vec2<f32>(dot(ray.x, a), dot(ray.y, a));
+    let pb = vec2<f32>(dot(ray.x, b), dot(ray.y, b));
+    let pc = vec2<f32>(dot(ray.x, c), dot(ray.y, c));
+    let ea = edge_function(pb, pc - pb);
+    let eb = edge_function(pc, pa - pc);
+    let ec = edge_function(pa, pb - pa);
+    let room = ROUNDING * max(max(absolute_sum(a), absolute_sum(b)), absolute_sum(c)) + ray.margin;
+    let total = abs(pa) + abs(pb) + abs(pc);
+    let slack = ea.y + eb.y + ec.y + 3.0 * room * (total.x + total.y + room);
+    let area = abs(ea.x + eb.x + ec.x);
+    return solidity_of(triangle, vec3<f32>(ea.x, eb.x, ec.x), 2.0 * slack / area);
+}
+
+// The ray against a triangle without its holes.
+fn meets_solid(ray: ReceiverRay, side: i32, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, normal: vec3<f32>) -> Meeting {
     if side == FOUND_IN_FLOAT32 {
         return meets_corners(ray, a, b, c, normal);
     }

@@ -4,6 +4,7 @@
 //! decided in float64, in the receiver's own ray. A receiver in shadow leaves its block.
 
 use super::bins::triangles_of;
+use super::holes::Holes;
 use super::lanes::{
     EPSILON, LANES, Simd, bits, each, f32x8, f32x16, mask_bits, mask32x8, splat, u32x16,
 };
@@ -82,6 +83,20 @@ struct InCell<S: Simd> {
     u: [f32x16<S>; BLOCK / 2],
     v: [f32x16<S>; BLOCK / 2],
     nearness: [f32x16<S>; BLOCK / 2],
+}
+
+impl<S: Simd> InGrid<'_, S> {
+    /// The holes of a triangle relative to a place of the grid, if it has any.
+    #[inline(always)]
+    fn holes<'s>(&self, scene: &'s Scene, id: u32, origin: [f32; 2]) -> Option<Holes<'s>> {
+        scene.masks()?;
+        Holes::new(
+            &self.grid.view,
+            scene,
+            id,
+            DVec2::from(origin.map(f64::from)),
+        )
+    }
 }
 
 impl Tests<'_> {
@@ -262,6 +277,7 @@ impl Tests<'_> {
         in_cell: &mut InCell<S>,
     ) -> bool {
         let mut has_changed = false;
+        let holes = seen.holes(self.receivers.scene, id, in_cell.origin);
         // Two rows at once; what is asked of one is true of the other.
         for row in bits((rows | rows >> 1) & 0x55) {
             let pair = row / 2;
@@ -275,6 +291,14 @@ impl Tests<'_> {
             if candidates == 0 {
                 continue;
             }
+            let (hit, maybe) = match &holes {
+                None => (hit, maybe),
+                Some(holes) => {
+                    let (u, v) = (in_cell.u[pair].to_array(), in_cell.v[pair].to_array());
+                    let rounding = seen.grid.view.rounding();
+                    holes.sort((hit & left, maybe & left), (&u, &v), rounding)
+                }
+            };
             let ids = &seen.block.ids.as_flattened()[row * LANES..][..2 * LANES];
             let others = left & !own_lanes(simd, ids, id);
             let mut shadowed = hit & others;

@@ -12,6 +12,7 @@ pub mod exact;
 mod formulas;
 mod forward_importance;
 mod frame;
+mod holes;
 mod importance_map;
 mod known;
 pub mod lanes;

@@ -5,9 +5,10 @@
 //! image does not depend on the order of the triangles.
 
 use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
+use super::holes::Holes;
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, least, level, mask_bits, numbers,
-    splat, u32x8,
+    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, least, level, mask_bits, mask32x8,
+    numbers, splat, u32x8,
 };
 use super::shapes::{Corners, Shapes};
 use super::tile_rays::TileRays;
@@ -129,6 +130,8 @@ pub struct Tile<'a> {
     pub room: f32,
     /// The rays of its texels, where they are no middles of pixels.
     pub rays: Option<&'a TileRays>,
+    /// Of the triangle that is being drawn, if it is masked.
+    holes: Option<Holes<'a>>,
 }
 
 impl<'p> Painter<'p> {
@@ -237,6 +240,7 @@ impl<'a> Tile<'a> {
             farthest: [f32::NEG_INFINITY; BLOCKS * BLOCKS],
             room: 0.0,
             rays: None,
+            holes: None,
         }
     }
 
@@ -269,6 +273,7 @@ impl<'a> Tile<'a> {
         id: u32,
         [x0, x1, y0, y1]: [usize; 4],
     ) {
+        self.find_holes(id);
         self.room = self.room.max(shapes.rounding[lane]);
         let (bx0, bx1, by0, by1) = (x0 / BLOCK, x1 / BLOCK, y0 / BLOCK, y1 / BLOCK);
         let columns = (0xff << bx0) & (0xff >> (BLOCKS - 1 - bx1));
@@ -397,6 +402,9 @@ impl<'a> Tile<'a> {
             if may_win == 0 {
                 continue;
             }
+            if self.holes.is_some() {
+                wins = mask32x8::from_bitmask(simd, u64::from(self.solid(place, won)));
+            }
             let held = &mut self.nearness[place..place + LANES];
             wins.select(new, old).store_slice(held);
             let ids = &mut self.ids[place..place + LANES];
@@ -406,6 +414,35 @@ impl<'a> Tile<'a> {
                 self.decide(place + i, id);
             }
         }
+    }
+
+    /// Sets up what masks the triangle that is drawn next.
+    #[inline(always)]
+    pub fn find_holes(&mut self, id: u32) {
+        if self.scene.masks().is_some() {
+            let origin = match self.rays {
+                Some(rays) => DVec2::from(rays.origin.map(f64::from)),
+                None => DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5,
+            };
+            self.holes = Holes::new(self.view, self.scene, id, origin);
+        }
+    }
+
+    /// Those of eight pixels that do not fall in a hole of the triangle.
+    #[inline(never)]
+    fn solid(&self, first: usize, pixels: u32) -> u32 {
+        let Some(holes) = &self.holes else {
+            return pixels;
+        };
+        let is_solid = |place: usize| {
+            let at = match self.rays {
+                Some(rays) => [rays.x[place], rays.y[place]].map(f64::from),
+                None => [(place % TILE) as f64, (place / TILE) as f64],
+            };
+            !holes.has_at(at.into())
+        };
+        let solid = bits(pixels).filter(|i| is_solid(first + i));
+        solid.fold(0, |solid, i| solid | 1 << i)
     }
 
     /// A pixel that float32 leaves open.

@@ -118,6 +118,7 @@ impl Tile<'_> {
         id: u32,
         rays: &TileRays,
     ) {
+        self.find_holes(id);
         self.room = self.room.max(shapes.rounding[lane]);
         let room = shapes.rounding[lane] + self.room;
         for by in 0..BLOCKS {

@@ -116,7 +116,7 @@ impl View {
         self.reach() * EPSILON
     }
 
-    /// How near a triangle is at a place; `None` where it does not cover the place or is out of range. Two
+    /// How near a triangle is at a place; `None` where it does not cover the place, has a hole there or is out of range. Two
     /// triangles that share an edge compute the same number for it but for the sign, so that nothing slips between
     /// them (Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2013).
     pub fn nearness_at(&self, scene: &Scene, place: DVec2, triangle: u32) -> Option<f64> {
@@ -124,7 +124,9 @@ impl View {
         let (far, near) = self.seen;
         let nearness = planes.nearness.z;
         let is_inside = planes.edges.iter().all(|edge| edge.z >= 0.0);
-        (is_inside && far < nearness && nearness < near).then_some(nearness)
+        let is_met = is_inside && far < nearness && nearness < near;
+        let is_seen = is_met && scene.is_solid(triangle, each(planes.edges, |edge| edge.z));
+        is_seen.then_some(nearness)
     }
 
     /// The same for the triangle's plane.

@@ -5,6 +5,7 @@ pub mod adapters;
 pub mod device;
 mod gathering;
 pub mod kernel;
+mod mask_tables;
 pub mod passes;
 pub mod pool;
 pub mod projection_uniform;

@@ -3,6 +3,7 @@
 use super::acceleration::AccelerationStructure;
 use super::device::Gpu;
 use super::kernel::Kernel;
+use super::mask_tables::MaskTables;
 use super::recording::Recording;
 use super::tables::{filled_table, new_table, triangle_items, write_items, write_table};
 use crate::bvh::{BoxSpace, Bvh};
@@ -29,6 +30,8 @@ pub struct SceneTables {
     pub has_low_parts: bool,
     /// With the triangle's longest edge as the fourth component.
     pub unit_normals: wgpu::TextureView,
+    /// Of the triangles with holes, if there are any.
+    pub masks: Option<MaskTables>,
     /// Positions are relative to this point.
     pub origin: DVec3,
     /// Least and greatest corner of the scene.
@@ -135,6 +138,10 @@ impl SceneTables {
             positions_low: table("vertices, low parts", Rgba32Float, low.len())?,
             has_low_parts,
             unit_normals: table("normals", Rgba32Float, scene.triangles().len())?,
+            masks: match scene.masks() {
+                Some(masks) => Some(MaskTables::new(gpu, masks)?),
+                None => None,
+            },
             origin,
             bounds: scene.bounds(),
             triangle_count: scene.triangles().len() as u32,

@@ -1,9 +1,10 @@
 //! The list of shaders, and how they are put together.
 //!
 //! A shader is a file of `shaders/` with `#import` lines, each of which stands for another file, taken
-//! once. Five imports are slots that a pass fills: `#import projection` with one of `projection/`,
-//! `#import warp` with one of `warp/`, `#import caster` with one of `caster/`, and `#import target` and
-//! `#import stored` with one of `target/` and of `stored/`, which write and read the same texels.
+//! once. Six imports are slots that a pass fills: `#import projection` with one of `projection/`,
+//! `#import warp` with one of `warp/`, `#import caster` with one of `caster/`, `#import mask` with one of
+//! `mask/`, and `#import target` and `#import stored` with one of `target/` and of `stored/`, which write
+//! and read the same texels.
 
 macro_rules! file {
     ($name:literal) => {
@@ -42,12 +43,15 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/receivers"),
     file!("lib/rounding"),
     file!("lib/shadow_ray"),
+    file!("lib/solidity"),
     file!("lib/tables"),
     file!("lib/seams"),
     file!("lib/tiles"),
     file!("lib/triangles"),
     file!("lib/unsure"),
     file!("lib/work_items"),
+    file!("mask/alpha"),
+    file!("mask/none"),
     file!("projection/homography"),
     file!("projection/parallel"),
     file!("projection/paraboloid"),
@@ -81,12 +85,13 @@ pub const FILES: &[(&str, &str)] = &[
 ];
 
 /// The slots, and what fills each unless a pass says otherwise.
-const SLOTS: [(&str, &str); 5] = [
+const SLOTS: [(&str, &str); 6] = [
     ("projection", "projection/parallel"),
     ("warp", "warp/none"),
     ("caster", "caster/scene"),
     ("target", "target/depth"),
     ("stored", "stored/depth"),
+    ("mask", "mask/none"),
 ];
 
 /// A shader with its slots filled. A slot that the file does not import plays no part.
@@ -210,10 +215,10 @@ pub mod tests {
 
     /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp.
     fn is_possible(shader: Shader) -> bool {
-        let [projection, warp, caster, ..] = shader.fillings;
+        let [projection, warp, caster, .., mask] = shader.fillings;
         let is_beyond = projection == "projection/parallel" && warp == "warp/none";
         match (shader.file, caster) {
-            (_, "caster/pieces") => is_beyond && shader.file == "rasterize",
+            (_, "caster/pieces") => is_beyond && shader.file == "rasterize" && mask == "mask/none",
             ("rasterize_bands", _) => warp != "warp/none",
             _ => true,
         }

@@ -28,6 +28,9 @@ pub trait ShadowMethod: ParameterGroup {
     /// Whether the CPU engine has all of the method's verbs.
     const IS_ON_CPU: bool = true;
 
+    /// Whether it knows of the holes of masked triangles.
+    const KNOWS_MASKS: bool = true;
+
     /// Records the method's passes.
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded>;
 }
@@ -55,6 +58,19 @@ impl Description {
     }
 }
 
+impl Description {
+    /// What of the method takes masked triangles for solid ones, if anything, in words.
+    pub fn ignores_masks(&self, parameters: &Parameters) -> Option<String> {
+        match self.knows_masks {
+            false => Some(format!("method '{}'", self.schema.name)),
+            true if parameters.says("rasterization", "linear") => {
+                Some("rasterization='linear'".to_string())
+            }
+            true => None,
+        }
+    }
+}
+
 /// What a user can ask about a method.
 pub struct Description {
     pub title: &'static str,
@@ -63,4 +79,6 @@ pub struct Description {
     pub schema: Schema,
     /// Whether it has a form on the CPU engine.
     pub is_on_cpu: bool,
+    /// Whether it knows of the holes of masked triangles.
+    pub knows_masks: bool,
 }

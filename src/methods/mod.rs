@@ -51,6 +51,7 @@ macro_rules! methods {
                     citation: <$type>::CITATION,
                     schema: <$type>::SCHEMA,
                     is_on_cpu: <$type>::IS_ON_CPU,
+                    knows_masks: <$type>::KNOWS_MASKS,
                 },)+]
             }
 

@@ -14,7 +14,7 @@
 //!
 //! Limits: the hardware rounds corners to 1/256 of a pixel, so that single pixels at outlines may be wrong
 //! (drawn three times as fine, a fifth to a seventh of them are left); time grows with the area of all
-//! volumes in the image.
+//! volumes in the image; triangles with holes cast no volume that is right, and are refused.
 
 use super::prelude::*;
 
@@ -30,6 +30,7 @@ impl ShadowMethod for ShadowVolumes {
         "Crow, F. 1977. Shadow algorithms for computer graphics. SIGGRAPH 1977.";
 
     const IS_ON_CPU: bool = false;
+    const KNOWS_MASKS: bool = false;
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         view.shadow_volumes()

@@ -1,10 +1,11 @@
 //! Frames: from a scene, a camera, lights and a method to arrays.
 
-use super::parameters::method_from_python;
+use super::parameters::{AskedMethod, method_from_python};
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
 use crate::engine::Engine;
+use crate::error::Error;
 use crate::light::Light;
 use crate::render::{
     MAX_TOGETHER, Output, Outputs, Rendered as RenderedFrame, render as render_frames,
@@ -49,8 +50,13 @@ pub fn render<'py>(
     let (name, parameters) = &method;
     let py = parameters.py();
     let (device, threads) = on;
-    let (method, lack) = method_from_python(name, parameters)?;
-    let engine = engine_of(py, device.as_ref(), lack)?;
+    let AskedMethod {
+        method,
+        lack_on_cpu,
+        ignores_masks,
+    } = method_from_python(name, parameters)?;
+    let engine = engine_of(py, device.as_ref(), lack_on_cpu)?;
+    refuse_masks(&scene.read(), ignores_masks)?;
     let is_on_cpu = matches!(engine, Engine::Cpu);
     let outputs = Outputs::from_names(&outputs, culling)?;
     let (camera, shape) = (&camera.0, camera.shape());
@@ -73,6 +79,21 @@ pub fn render<'py>(
         }
     }
     Ok(rendered)
+}
+
+/// Triangles with holes are never drawn without them in silence.
+fn refuse_masks(scene: &Scene, ignores: Option<String>) -> Result<(), Error> {
+    let Some(masks) = scene.masks() else {
+        return Ok(());
+    };
+    let count = masks.masked_count();
+    match ignores {
+        Some(what) => Err(Error::Value(format!(
+            "{what} would draw {count} masked triangles of the scene without their holes; take \
+             method='exact', or another method with rasterization='exact'"
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn to_python(

@@ -92,15 +92,21 @@ pub fn check_parameters<'py>(
     Ok(result)
 }
 
-/// The method, and what it lacks on the CPU engine.
-pub fn method_from_python(
-    name: &str,
-    values: &Bound<PyDict>,
-) -> PyResult<(Method, Option<String>)> {
+/// A method, what it lacks on the CPU engine, and what of it takes masked triangles for solid ones.
+pub struct AskedMethod {
+    pub method: Method,
+    pub lack_on_cpu: Option<String>,
+    pub ignores_masks: Option<String>,
+}
+
+pub fn method_from_python(name: &str, values: &Bound<PyDict>) -> PyResult<AskedMethod> {
     let description = Method::description(name)?;
     let parameters = from_python(description.schema, values)?;
-    let lack = description.lack_on_cpu(Some(&parameters));
-    Ok((Method::new(description.schema, &parameters)?, lack))
+    Ok(AskedMethod {
+        method: Method::new(description.schema, &parameters)?,
+        lack_on_cpu: description.lack_on_cpu(Some(&parameters)),
+        ignores_masks: description.ignores_masks(&parameters),
+    })
 }
 
 fn from_python(schema: Schema, values: &Bound<PyDict>) -> PyResult<Parameters> {

@@ -4,10 +4,11 @@ use super::{array, check_process};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::light::Light;
+use crate::masks::{AlphaImage, Masks, Sampling, Wrap};
 use crate::render::SceneCache;
 use crate::scene::Scene;
 use glam::{DMat4, DVec2, DVec3};
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::sync::{RwLock, RwLockReadGuard};
@@ -34,6 +35,47 @@ fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
         .collect())
 }
 
+/// The number of the alpha image of each face, negative where it is opaque; (u, v, factor of alpha) of each corner of the
+/// others; and the images: texels, ways to go on beyond the sides, sampling and cutoff.
+type MasksFromPython<'py> = (
+    PyReadonlyArray1<'py, i32>,
+    PyReadonlyArray3<'py, f64>,
+    Vec<(PyReadonlyArray2<'py, u8>, (String, String), String, f64)>,
+);
+
+fn masks_from_python((numbers, corners, images): &MasksFromPython) -> Result<Option<Masks>, Error> {
+    let wrap = |name: &str| named("wrap", &Wrap::NAMES, name);
+    let images = images
+        .iter()
+        .map(|(texels, (along_u, along_v), sampling, cutoff)| {
+            let (height, width) = texels.as_array().dim();
+            let texels = texels.as_array().iter().copied().collect();
+            let wraps = [wrap(along_u)?, wrap(along_v)?];
+            let sampling = named("sampling", &Sampling::NAMES, sampling)?;
+            AlphaImage::new((width, height), texels, (wraps, sampling), *cutoff)
+        });
+    let images = images.collect::<Result<_, _>>()?;
+    let values: Vec<f64> = corners.as_array().iter().copied().collect();
+    let corners: Vec<[DVec3; 3]> = values
+        .as_chunks::<9>()
+        .0
+        .iter()
+        .map(|v| [0, 3, 6].map(|i| DVec3::new(v[i], v[i + 1], v[i + 2])))
+        .collect();
+    let numbers: Vec<i32> = numbers.as_array().iter().copied().collect();
+    Masks::new(images, &numbers, &corners)
+}
+
+/// What goes by a name.
+fn named<T: Copy>(what: &str, known: &[(&str, T)], name: &str) -> Result<T, Error> {
+    let found = known.iter().find(|(known, _)| *known == name);
+    found.map(|(_, found)| *found).ok_or_else(|| {
+        let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
+        let names = names.join("', '");
+        Error::Value(format!("{what} must be among '{names}', got '{name}'"))
+    })
+}
+
 #[pyclass(name = "Scene", module = "lixel._core", frozen)]
 pub struct PyScene {
     scene: RwLock<Scene>,
@@ -51,14 +93,17 @@ impl PyScene {
 #[pymethods]
 impl PyScene {
     #[new]
+    #[pyo3(signature = (vertices, faces, masks=None))]
     fn new(
         py: Python,
         vertices: PyReadonlyArray2<f64>,
         faces: PyReadonlyArray2<i64>,
+        masks: Option<MasksFromPython>,
     ) -> PyResult<Self> {
         check_process()?;
         let vertices = points("vertices", &vertices)?;
         let faces = rows_of_three("faces", &faces)?;
+        let masks = masks.as_ref().map(masks_from_python).transpose()?.flatten();
         let scene = py.detach(|| {
             if let Some(row) = faces.iter().position(|face| face.iter().any(|&i| i < 0)) {
                 return Err(Error::Value(format!(
@@ -69,7 +114,7 @@ impl PyScene {
             // An index beyond 32 bits is beyond any number of vertices, too.
             let narrow = |i: i64| u32::try_from(i).unwrap_or(u32::MAX);
             let triangles = faces.iter().map(|face| face.map(narrow)).collect();
-            Scene::new(vertices, triangles)
+            Scene::new(vertices, triangles)?.with_masks(masks)
         })?;
         Ok(Self {
             scene: RwLock::new(scene),
@@ -105,6 +150,12 @@ impl PyScene {
     #[getter]
     fn degenerate_count(&self) -> usize {
         self.read().degenerate_count()
+    }
+
+    /// How many triangles have holes.
+    #[getter]
+    fn masked_count(&self) -> usize {
+        self.read().masks().map_or(0, Masks::masked_count)
     }
 
     fn update_vertices(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<()> {

@@ -34,6 +34,7 @@ SEEN_TILES = ("pytest", "tests/test_receiver_tiles.py", "-k", "torn")
 RULES = ("pytest", "tests/test_parameters.py", "-k", "same_words")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 TWINS = ("cargo", "--lib", "passes::twins")
+HOLES = ("pytest", "tests/test_masks.py")
 CPU_ENGINE = ("cargo", "--lib", "cpu::")
 CHOICE = (
     "pytest", "tests/test_devices.py", "-k",
@@ -104,8 +105,8 @@ MUTANTS = (
     ),
     Mutant(
         "CPU engine", "what is before the near plane is seen", CPU_VIEW,
-        "(is_inside && far < nearness && nearness < near)",
-        "(is_inside && far < nearness)", CPU_ENGINE,
+        "is_inside && far < nearness && nearness < near;",
+        "is_inside && far < nearness;", CPU_ENGINE,
     ),
     Mutant(
         "CPU engine", "a corner behind the eye is beyond a side of the view", CPU_VIEW,
@@ -215,8 +216,8 @@ MUTANTS = (
     ),
     Mutant(
         "exact", "grid space decides what it does not know", CASTERS,
-        "if met.is_certain && !is_own {",
-        "if met.is_possible && !is_own {", SEARCHES,
+        "if met.is_certain && !is_own &&",
+        "if met.is_possible && !is_own &&", SEARCHES,
     ),
     Mutant(
         "exact", "grid space has no room for its rounding", CASTERS,
@@ -513,6 +514,22 @@ MUTANTS = (
     Mutant(
         "ties", "an edge inside a mesh hides nothing", TRUTH,
         "end = end.min(covered_until(&candidates, ray.range));", "", REFERENCE,
+    ),
+    Mutant(
+        "holes", "a texel is taken for its neighbour", "src/masks.rs",
+        "let columns = [x, x + 1].map", "let columns = [x + 1, x].map", HOLES,
+    ),
+    Mutant(
+        "holes", "what the light grid knows of holes is sure", "src/cpu/holes.rs",
+        "Solidity::Open(_) => hit &= !(1 << i),", "Solidity::Open(_) => {}", HOLES,
+    ),
+    Mutant(
+        "holes", "shaders mirror where they should repeat", "shaders/mask/alpha.wgsl",
+        "const WRAP_MIRROR: u32 = 1u;", "const WRAP_MIRROR: u32 = 0u;", HOLES,
+    ),
+    Mutant(
+        "holes", "float32 is sure of every alpha", "shaders/mask/alpha.wgsl",
+        "let slack = FULL_ALPHA * (reach.x + reach.y) + ALPHA_ROUNDING;", "let slack = 0.0;", HOLES,
     ),
     Mutant(
         "ties", "equal distances go to the higher index", TRUTH,

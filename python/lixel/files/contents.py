@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..camera import Camera
 from ..light import Light
+from ..masks import PartMask
 
 Positions = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int64]
@@ -37,6 +38,7 @@ class Part(NamedTuple):
     name: str = ""
     material: str | int | None = None
     uv: npt.NDArray[np.float64] | None = None
+    mask: PartMask | None = None
 
 
 class Room:

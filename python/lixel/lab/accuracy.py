@@ -219,7 +219,7 @@ def evaluate(
     """By method, the counts of one view; methods that are not made for the light have none."""
     truth = reference(scene, camera, light)
     for name, method in methods.items():
-        if not method.takes(light):
+        if not method.takes(light) or (scene.masked_count and not method.takes_holes()):
             continue
         try:
             found = frame_parts(scene, camera, light, method)

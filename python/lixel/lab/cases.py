@@ -64,7 +64,7 @@ def cases_of(
     variants = _variants(methods, parameters)
     for name, origin in _named_scenes(scenes).items():
         scene = made_scene(origin)
-        digest = hashlib.sha256(scene.vertices.tobytes() + scene.faces.tobytes()).hexdigest()
+        digest = hashlib.sha256(b"".join(scene._bytes())).hexdigest()
         source = Source(digest, name, origin)
         seen_by = _views_of(name, "cameras", cameras, scene.cameras, (Camera,))
         lit_by = _views_of(name, "lights", lights, scene.lights, LIGHTS)
@@ -73,7 +73,7 @@ def cases_of(
             (lit_by or {"default": DEFAULT_LIGHT}).items(),
             variants,
         ):
-            if not method.takes(light):
+            if not method.takes(light) or (scene.masked_count and not method.takes_holes()):
                 continue
             sized = camera if size is None else camera.resized(*size)
             identity = (

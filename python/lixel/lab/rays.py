@@ -21,8 +21,18 @@ def ray_directions(camera: Camera) -> npt.NDArray[np.float64]:
     return np.asarray(directions.reshape(-1, 3))
 
 
+def refuse_holes(scene: Scene) -> None:
+    """ValueError where triangles have holes, which other renderers would draw as solid."""
+    if scene.masked_count:
+        raise ValueError(
+            f"scene must have no triangles with holes, got {scene.masked_count}: the other "
+            "renderers are not told of them"
+        )
+
+
 def embree_scene(scene: Scene) -> Any:
     """Of embreex: runs float32 rays through the triangles."""
+    refuse_holes(scene)
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 

@@ -130,6 +130,13 @@ class ShadowMethod(Checked):
         """Whether the method, with its parameters, is made for the light."""
         return isinstance(light, self.lights)
 
+    def takes_holes(self) -> bool:
+        """Whether the method, with its parameters, heeds the holes of masked triangles.
+
+        A scene that has some is refused by one that does not.
+        """
+        return self.parameters().get("rasterization") != "linear"
+
     @property
     def composition(self) -> str:
         """Its name, or a composition such as ``"cube+notw"``, whatever its other parameters."""

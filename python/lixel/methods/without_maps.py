@@ -159,3 +159,7 @@ class ShadowVolumes(ShadowMethod):
     """
 
     name: ClassVar[str] = "shadow_volumes"
+
+    def takes_holes(self) -> bool:
+        """No: a volume is bounded by edges, and the rim of a hole is none."""
+        return False

@@ -3,13 +3,14 @@
 use super::{BlockLookup, OFF_MAP};
 use crate::cpu::bins::{eights, ids_at, triangles_of};
 use crate::cpu::caster_tests::masks_of_views;
+use crate::cpu::holes::Holes;
 use crate::cpu::lanes::{LANES, Simd, bits, mask_bits, mask32x8, splat, u32x8};
 use crate::cpu::map::MapView;
 use crate::cpu::rasterize::NONE;
 use crate::cpu::receivers::BlockPlaces;
 use crate::cpu::shapes::{Corners, Shapes};
 use crate::cpu::tiles::BLOCK;
-use crate::cpu::view::Nearness;
+use crate::cpu::view::{Nearness, View};
 use fearless_simd::prelude::*;
 use glam::DVec2;
 
@@ -67,7 +68,7 @@ impl<S: Simd> BlockLookup<'_, S> {
                         continue;
                     }
                 }
-                self.test_triangle((&shapes, lane), id, origin, left);
+                self.test_triangle((&shapes, lane), (seen, id), origin, left);
             }
         }
     }
@@ -123,10 +124,16 @@ impl<S: Simd> BlockLookup<'_, S> {
     fn test_triangle(
         &mut self,
         (shapes, lane): (&Shapes, usize),
-        id: u32,
+        (seen, id): (&View, u32),
         origin: [f32; 2],
         left: &mut [u32; BLOCK],
     ) {
+        let scene = self.receivers.scene;
+        let middle = DVec2::from(origin.map(f64::from));
+        let masked = scene.masks().is_some();
+        let holes = masked
+            .then(|| Holes::new(seen, scene, id, middle))
+            .flatten();
         // Two rows at once.
         for i in (0..BLOCK).step_by(2) {
             let of_pair = left[i] | left[i + 1] << LANES;
@@ -143,6 +150,14 @@ impl<S: Simd> BlockLookup<'_, S> {
                 continue;
             }
             let around = self.around(i, id) | self.around(i + 1, id) << LANES;
+            let (hit, candidates) = match &holes {
+                None => (hit, candidates),
+                Some(holes) => {
+                    let places = (&u.to_array()[..], &v.to_array()[..]);
+                    let within = candidates & around;
+                    holes.sort((hit & within, within), places, seen.rounding())
+                }
+            };
             for k in bits(candidates & around) {
                 let (row, j) = (i + k / LANES, k % LANES);
                 let at = (self.pixel.0 + j, self.pixel.1 + row);

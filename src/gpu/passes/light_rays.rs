@@ -70,6 +70,8 @@ pub fn light_rays(
         .uniform(&frame.gpu, 0, &uniform)
         .receivers(&frame.gpu, seen, &seen.camera_uniform())
         .vertices(scene)
+        .masked(scene.masks.as_ref())
+        .masks(scene.masks.as_ref())
         .bind(4, search.structure)
         .bind(5, search.triangles)
         .bind(6, &visibility)

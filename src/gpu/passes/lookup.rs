@@ -58,6 +58,8 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
         .receivers(&frame.gpu, seen, &uniform)
         .tiles(seen, rows)
         .triangles(seen.scene)
+        .masked(seen.scene.masks.as_ref())
+        .masks(seen.scene.masks.as_ref())
         .warp(map.warp)
         .stored(comparison.target())
         .bind(5, map.texels)

@@ -136,7 +136,8 @@ impl<'a> Drawing<'a> {
             None => kernel
                 .projected(self.job.projection)
                 .constant("culls_hidden", culls_hidden)
-                .triangles(scene),
+                .triangles(scene)
+                .masked(scene.masks.as_ref()),
             Some(pieces) => kernel.fill("caster/pieces").bind(1, pieces),
         }
     }
@@ -225,8 +226,11 @@ pub fn rasterize(
         counters,
         prepare_bin,
         bin: bin.bind(9, tiles),
-        split: drawn.clone().bind(9, tiles),
-        walk: drawn.bind(5, &texels),
+        split: drawn
+            .clone()
+            .bind(9, tiles)
+            .mask_numbers(scene.masks.as_ref()),
+        walk: drawn.bind(5, &texels).masks(scene.masks.as_ref()),
     };
     let room = scene.room.clone();
     let parts = vec![work_items::record(frame, label, &room, stages)?];

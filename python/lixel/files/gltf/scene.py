@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...masks import PartMask
 from ..contents import Contents, FileError, Part, Room, unused, words_of
 from .accessors import accessor
 from .compression import DRACO, MESHOPT
 from .document import Document, Object, entry_of, extension_of
+from .masks import MaskedMaterials
 from .nodes import Matrix, Node, composed, moved, nodes_of
 from .primitives import MODES_WITHOUT_TRIANGLES, Primitive
 from .skins import JointsInWorld, skinned
@@ -57,6 +59,8 @@ class _Reader:
         self._read_primitives: dict[tuple[int, int, tuple[float, ...]], Primitive] = {}
         self._room = Room(document.size)
         self._names: dict[str, dict[str, object]] = {"camera": {}, "light": {}}
+        self._materials = MaskedMaterials(document, self.contents.leave_out)
+        self._masks: dict[tuple[int, int, tuple[float, ...]], PartMask | None] = {}
 
     def read(self, node: Node) -> None:
         """The mesh, the camera and the light of a node."""
@@ -93,9 +97,11 @@ class _Reader:
             return
         if key not in self._read_primitives:
             self._read_primitives[key] = Primitive(self._document, entry, list(key[2]))
+            self._masks[key] = self._materials.of_primitive(self._read_primitives[key])
         primitive = self._read_primitives[key]
         for positions in self._placed(node, primitive):
-            part = Part(positions, primitive.faces, name, entry.get("material"))
+            mask = self._masks[key]
+            part = Part(positions, primitive.faces, name, entry.get("material"), mask=mask)
             self.contents.parts.append(part)
 
     def _placed(self, node: Node, primitive: Primitive) -> Iterator[npt.NDArray[np.float64]]:

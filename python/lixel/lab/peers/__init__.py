@@ -38,6 +38,7 @@ from ..options import (
     method_with,
     view_of,
 )
+from ..rays import refuse_holes
 from ..report import progress, status, table
 from ..timing import moved_by_a_hair, wall_ms
 from . import rasterizers, ray_casters
@@ -104,6 +105,7 @@ def measure(
     repeats = count("repeats", repeats)
     if not isinstance(light, DirectionalLight):
         raise ValueError(f"light must be directional to compare renderers, got {light}")
+    refuse_holes(scene)
     status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
     contenders = [

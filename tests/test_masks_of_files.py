@@ -1,0 +1,241 @@
+"""Holes of triangles in files: glTF materials whose alpha is tested, and textures of trimesh."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import struct
+import warnings
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+import lixel as lx
+
+CASES = Path(__file__).parent / "cases"
+
+# Asymmetric, so that a flip or a turn shows.
+ALPHA = np.array([[255, 0, 0], [255, 255, 0]], np.uint8)
+POSITIONS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+UV = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+
+
+def png(alpha: np.ndarray) -> bytes:
+    image = np.concatenate([np.full((*alpha.shape, 3), 90, np.uint8), alpha[..., None]], axis=2)
+    content = io.BytesIO()
+    Image.fromarray(image, "RGBA").save(content, "PNG")
+    return content.getvalue()
+
+
+def uri(content: bytes) -> str:
+    return "data:application/octet-stream;base64," + base64.b64encode(content).decode()
+
+
+def card(
+    material: dict[str, object],
+    image: bytes | None = None,
+    *,
+    sampler: dict[str, int] | None = None,
+    **attributes: np.ndarray,
+) -> dict[str, object]:
+    """A glTF square with a material."""
+    arrays = {"POSITION": POSITIONS, "TEXCOORD_0": UV, **attributes}
+    arrays["indices"] = np.array([[0], [1], [2], [0], [2], [3]], np.uint32)
+    kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+    accessors = [
+        {
+            "bufferView": i,
+            "componentType": 5125 if name == "indices" else 5126,
+            "count": len(array),
+            "type": kinds[array.shape[1]],
+        }
+        for i, (name, array) in enumerate(arrays.items())
+    ]
+    names = [name for name in arrays if name != "indices"]
+    return {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [
+            {
+                "primitives": [
+                    {
+                        "attributes": {name: i for i, name in enumerate(names)},
+                        "indices": len(names),
+                        "material": 0,
+                    }
+                ]
+            }
+        ],
+        "accessors": accessors,
+        "bufferViews": [
+            {"buffer": i, "byteLength": a.nbytes} for i, a in enumerate(arrays.values())
+        ],
+        "buffers": [{"uri": uri(a.tobytes()), "byteLength": a.nbytes} for a in arrays.values()],
+        "materials": [material],
+        "textures": [{"source": 0} | ({"sampler": 0} if sampler else {})],
+        "samplers": [sampler or {}],
+        "images": [{"uri": uri(png(ALPHA) if image is None else image)}],
+    }
+
+
+def textured(**more: object) -> dict[str, object]:
+    return {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, **more}}, "alphaMode": "MASK"}
+
+
+def loaded(path: Path, tree: dict[str, object]) -> lx.Scene:
+    file = path / "card.gltf"
+    file.write_text(json.dumps(tree))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return lx.load(file)
+
+
+def holes(scene: lx.Scene) -> np.ndarray:
+    """(6, 6) of the square, row 0 at the top: where the eye sees through it."""
+    camera = lx.Camera.look_at(
+        (0.5, 0.5, 5.0), (0.5, 0.5, 0.0), yfov=2 * np.arctan(0.1), width=6, height=6
+    )
+    return lx.reference(scene, camera, lx.DirectionalLight((0, 0, -1))).triangle_id < 0
+
+
+def of_texels(texels: np.ndarray) -> np.ndarray:
+    """The holes in six by six pixels of an image of two by three texels, each taken as it is."""
+    return np.kron(texels, np.ones((3, 2))) == 0
+
+
+NEAREST = {"magFilter": 9728}
+
+
+def test_the_leaf_of_the_file_has_its_holes():
+    scene = lx.load(CASES / "masked_leaf.glb")
+    assert scene.masked_count == 2
+    assert scene.unsupported == ()
+    camera = lx.Camera.look_at((7, 6, 8), (0, 0, 0), yfov=0.8, width=480, height=270)
+    truth = lx.reference(scene, camera, lx.DirectionalLight((0.3, -1, 0.2)))
+    dark = np.count_nonzero((truth.triangle_id < 2) & (truth.visibility == 0))
+    # 3,554 with the nearest texel, 6,434 where the card is solid.
+    assert dark == 3630
+
+
+def test_texels_are_where_the_standard_has_them(tmp_path):
+    found = holes(loaded(tmp_path, card(textured(), sampler=NEAREST)))
+    assert np.array_equal(found, of_texels(ALPHA))
+
+
+@pytest.mark.parametrize(
+    ("transform", "texels"),
+    [
+        ({"offset": [1 / 3, 0]}, np.roll(ALPHA, -1, axis=1)),
+        ({"offset": [0, 0.5]}, np.roll(ALPHA, -1, axis=0)),
+        ({"scale": [-1, 1]}, ALPHA[:, ::-1]),
+        ({"rotation": np.pi}, ALPHA[::-1, ::-1]),
+        # (u, v) shows what stands at (v, -u).
+        ({"rotation": np.pi / 2, "scale": [0.5, 1 / 3]}, None),
+    ],
+)
+def test_textures_are_moved(tmp_path, transform, texels):
+    info = {"extensions": {"KHR_texture_transform": transform}}
+    found = holes(loaded(tmp_path, card(textured(**info), sampler=NEAREST)))
+    if texels is None:
+        y, x = (np.mgrid[0:6, 0:6] + 0.5) / 6
+        u, v = y / 3 % 1, -x / 2 % 1
+        expected = ALPHA[(v * 2).astype(int), (u * 3).astype(int)] == 0
+    else:
+        expected = of_texels(texels)
+    assert np.array_equal(found, expected)
+
+
+def test_another_set_of_coordinates_is_taken(tmp_path):
+    mirrored = UV * [-1, 1] + [1, 0]
+    attributes = {"TEXCOORD_1": mirrored.astype(np.float32)}
+    for info in (
+        {"texCoord": 1},
+        {"extensions": {"KHR_texture_transform": {"texCoord": 1}}},
+    ):
+        tree = card(textured(**info), sampler=NEAREST, **attributes)
+        assert np.array_equal(holes(loaded(tmp_path, tree)), of_texels(ALPHA[:, ::-1]))
+
+
+@pytest.mark.parametrize(
+    ("code", "texels"), [(10497, [1, 0]), (33648, [0, 1]), (33071, [0, 0])], ids=str
+)
+def test_wraps_are_those_of_the_sampler(tmp_path, code, texels):
+    """One row of two texels, the first one solid, seen from u = 1 to u = 2."""
+    alpha = np.array([[255, 0]], np.uint8)
+    info = {"extensions": {"KHR_texture_transform": {"offset": [1, 0]}}}
+    sampler = {**NEAREST, "wrapS": code, "wrapT": 10497}
+    found = holes(loaded(tmp_path, card(textured(**info), png(alpha), sampler=sampler)))
+    assert np.array_equal(found, np.kron([texels], np.ones((6, 3))) == 0)
+
+
+def test_factors_of_alpha_count(tmp_path):
+    whole = png(np.full((1, 1), 200, np.uint8))
+    material = textured()
+    assert not holes(loaded(tmp_path, card(material, whole))).any()
+    material["pbrMetallicRoughness"] |= {"baseColorFactor": [1, 1, 1, 0.6]}
+    assert holes(loaded(tmp_path, card(material, whole))).all()
+    material["alphaCutoff"] = 0.4
+    assert not holes(loaded(tmp_path, card(material, whole))).any()
+    # Of vertices, without an image: solid on the left.
+    colors = np.array([[1, 1, 1, 1], [1, 1, 1, 0], [1, 1, 1, 0], [1, 1, 1, 1]], np.float32)
+    found = holes(loaded(tmp_path, card({"alphaMode": "MASK"}, COLOR_0=colors)))
+    assert np.array_equal(found, np.tile([False] * 3 + [True] * 3, (6, 1)))
+
+
+def test_blending_is_taken_for_a_mask_and_named(tmp_path):
+    material = {**textured(), "alphaMode": "BLEND", "name": "glass"}
+    scene = loaded(tmp_path, card(material, sampler=NEAREST))
+    assert np.array_equal(holes(scene), of_texels(ALPHA))
+    assert "half transparency of material 'glass'" in scene.unsupported[0]
+    assert not holes(loaded(tmp_path, card({**material, "alphaMode": "OPAQUE"}))).any()
+
+
+@pytest.mark.parametrize(
+    "image", [b"no picture at all", png(ALPHA)[:60], b""], ids=["text", "cut off", "empty"]
+)
+def test_an_image_that_cannot_be_read_is_named(tmp_path, image):
+    scene = loaded(tmp_path, card(textured(), image))
+    assert scene.masked_count == 0
+    assert "holes of material 0: image 0 cannot be read" in scene.unsupported[0]
+
+
+def test_an_image_that_is_not_there_is_named(tmp_path):
+    tree = card(textured())
+    tree["images"] = [{"uri": "leaf.png"}]
+    assert "holes of material 0: it refers to 'leaf.png'" in loaded(tmp_path, tree).unsupported[0]
+
+
+@pytest.mark.parametrize("side", [12_000, 60_000])
+def test_a_bomb_is_refused_before_it_is_decoded(tmp_path, side):
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        checked = kind + content
+        return struct.pack(">I", len(content)) + checked + struct.pack(">I", zlib.crc32(checked))
+
+    header = struct.pack(">2I5B", side, side, 8, 6, 0, 0, 0)
+    bomb = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", b"") + chunk(b"IEND", b"")
+    with pytest.raises(ValueError, match="alpha images must have at most 134217728 texels"):
+        loaded(tmp_path, card(textured(), bomb))
+
+
+def test_textures_of_trimesh_have_holes():
+    image = Image.open(io.BytesIO(png(np.kron(ALPHA, np.ones((40, 40), np.uint8)))))
+    faces = [[0, 1, 2], [0, 2, 3]]
+    # trimesh counts v from below.
+    uv = UV * [1, -1] + [0, 1]
+    for material, is_masked in [
+        (trimesh.visual.material.SimpleMaterial(image=image), True),
+        (trimesh.visual.material.PBRMaterial(baseColorTexture=image, alphaMode="MASK"), True),
+        (trimesh.visual.material.PBRMaterial(baseColorTexture=image, alphaMode="BLEND"), True),
+        (trimesh.visual.material.PBRMaterial(baseColorTexture=image), False),
+    ]:
+        visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+        mesh = trimesh.Trimesh(POSITIONS, faces, visual=visual, process=False)
+        for whole in (mesh, trimesh.Scene([mesh])):
+            found = holes(lx.Scene.from_trimesh(whole))
+            assert np.array_equal(found, of_texels(ALPHA) & is_masked)
