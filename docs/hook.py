@@ -25,6 +25,7 @@ from mkdocs.structure.files import File, Files
 
 import lixel as lx
 from lixel import _core
+from lixel.lab import departures
 from lixel.lab.result_tables import read
 from lixel.methods import PAPERS, PUBLISHED
 from lixel.pictures import plots
@@ -191,7 +192,47 @@ def as_published(name: str) -> list[str]:
                 f"{names}: {PAPERS[paper]}.",
                 head + "\n".join(rows) if rows else "It has no parameters.",
             ]
+        parts += gains(key)
     return ["## As published", *parts] if parts else []
+
+
+def gains(key: str) -> list[str]:
+    """What each departure of a method's defaults from its own paper gains."""
+    table = read(RESULTS / "departures" / "llvmpipe.parquet")
+    rows = departures.summary(table).query("method == @key and views > 0").to_dict("records")
+    own = table.query("method == @key")
+    if own.empty:
+        return []
+    if not rows:
+        error = own["error"].dropna().iloc[0]
+        return [f"No view could be rendered both as published and with each departure: {error}."]
+    tried = departures.departures(key, departures.RESOLUTION)
+    lines = [
+        f"| {departure_in_words(tried, row['departure'])} | {row['published']:,} "
+        f"| {row['departed']:,} | {row['median ratio']:.2f} |"
+        for row in rows
+    ]
+    return [
+        f"What the departures from `{key}@published` gain, one at a time and all together, in "
+        f"{rows[0]['views']} views of {table['scene'].nunique()} scenes with maps of "
+        f"{departures.RESOLUTION}², by `{table.attrs['command']}`. The ratio is the median over "
+        "the views of what is left of the misclassified pixels.",
+        "| departure | misclassified as published | with the departure | ratio |\n"
+        "|---|---|---|---|\n" + "\n".join(lines),
+    ]
+
+
+def departure_in_words(tried: dict[str, lx.Method], name: str) -> str:
+    """The parameters that a departure changes, from which value to which."""
+    if name == departures.ALL:
+        return "all of them: the default"
+    published, changed = tried[""].parameters(), tried[name].parameters()
+    differing = [
+        f"`{parameter}` from `{value!r}` to `{changed[parameter]!r}`"
+        for parameter, value in published.items()
+        if changed[parameter] != value
+    ]
+    return ", ".join(differing)
 
 
 def api_page(start: str) -> str:

@@ -338,6 +338,7 @@ WHAT = {
     "accuracy/point-1080p": "methods for point lights at 1920 x 1080, maps of 1024²",
     "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
+    "departures/llvmpipe": "what each departure of a default from its paper gains",
     "demo/llvmpipe": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
     "growth/llvmpipe": "time and work by triangles and by pixels, objects on a floor",
     "peers/colonnade-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",

@@ -23,6 +23,7 @@ from .lab import (
     calibration,
     culling,
     demo,
+    departures,
     flicker,
     growth,
     papers,
@@ -223,6 +224,7 @@ LAB: Mapping[str, Command] = {
     "culling": Command.of(culling, device="gpu"),
     "flicker": Command.of(flicker, device="gpu"),
     "accuracy": Command.of(accuracy, device="gpu"),
+    "departures": Command.of(departures, device="gpu"),
     "growth": Command.of(growth, device="gpu"),
     "calibration": Command.of(calibration, device="gpu"),
 }
