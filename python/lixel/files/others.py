@@ -26,9 +26,10 @@ def read(path: Path) -> Contents:
 
     kind = path.suffix.lower()[1:]
     if kind not in trimesh.available_formats():
+        package = "cascadio" if kind in ("step", "stp") else "'lixel[formats]'"
         raise FileError(
             f"trimesh reads .{kind} files with packages that are not installed; "
-            "pip install 'lixel[formats]', or export it as .glb"
+            f"pip install {package}, or export it as .glb"
         )
     if zipfile.is_zipfile(path):
         _check_archive(path)
