@@ -3,6 +3,11 @@
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
+/// The greatest distance between a point and one of a box.
+pub fn farthest_in_box((low, high): (DVec3, DVec3), point: DVec3) -> f64 {
+    (point - low).abs().max((point - high).abs()).length()
+}
+
 /// Least and greatest of some numbers; infinite and the wrong way round where there is none.
 pub fn range_of(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);

@@ -2,7 +2,7 @@
 
 use crate::edge_directions::EdgeDirections;
 use crate::error::{Result, ensure_value};
-use crate::geometry::bounds_of;
+use crate::geometry::{bounds_of, farthest_in_box};
 use crate::masks::{Mask, Masks};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -155,6 +155,11 @@ impl Scene {
     pub fn centre(&self) -> DVec3 {
         let (low, high) = self.bounds();
         low + 0.5 * (high - low)
+    }
+
+    /// The greatest distance of a point of the box around all vertices.
+    pub fn farthest(&self, point: DVec3) -> f64 {
+        farthest_in_box(self.bounds(), point)
     }
 
     /// Counts the calls of `update_vertices`.

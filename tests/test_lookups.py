@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lixel as lx
-from lixel.scenes import GENERATORS
+from lixel.scenes import GENERATORS, rotation
 
 SCENES = {
     "colonnade": {"columns": 8, "detail": 16},
@@ -69,16 +69,39 @@ def test_auto_is_as_good_as_the_better_one(known_view, method):
     assert wrong["auto_5x5"] <= wrong["auto"]
 
 
-@pytest.mark.parametrize("lookup", ["depth", "triangle", "auto", "auto_5x5"])
-def test_seams_cost_nothing(known_view, lookup):
+class KnownSuns:
+    """The same under three suns in a small image: of one alone it is luck how the texels fall."""
+
+    def __init__(self, name: str) -> None:
+        scene = GENERATORS[name](**SCENES[name])
+        camera, light = scene.cameras["default"].resized(320, 180), scene.lights["default"]
+        suns = [lx.DirectionalLight(rotation(0.7 * i) @ light.direction) for i in range(3)]
+        self.views = [(scene, camera, sun) for sun in suns]
+        self.truths = [lx.reference(*view) for view in self.views]
+
+    def count(self, method: lx.Method) -> int:
+        found = (lx.render_shadows(*view, method) for view in self.views)
+        pairs = zip(found, self.truths, strict=True)
+        return sum(lx.compare(*pair).misclassified_count for pair in pairs)
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def known_suns(request):
+    return KnownSuns(request.param)
+
+
+@pytest.mark.parametrize(
+    ("lookup", "share"),
+    # Of 25 texels around half lie across a seam where it is never more than two texels away.
+    [("depth", 1.05), ("triangle", 1.05), ("auto", 1.05), ("auto_5x5", 1.25)],
+)
+def test_seams_cost_nothing(known_suns, lookup, share):
     """Every four texels there are two functions that know nothing of each other. What lies across
     was taken for a neighbour once, which gave 1.4 to 3.5 times the wrong pixels of fewer seams; by
     triangles, on the floor, as many."""
-    few = known_view.compare("notw", lookup=lookup, resolution=512, function_count=16)
-    many = known_view.compare(
-        "notw", lookup=lookup, resolution=512, function_count=128, smoothing=0.0
-    )
-    assert many.misclassified_count <= 1.05 * few.misclassified_count + 10
+    few = lx.NonOrthogonalWarp(lookup=lookup, resolution=512, function_count=16)
+    many = lx.NonOrthogonalWarp(lookup=lookup, resolution=512, function_count=128, smoothing=0.0)
+    assert known_suns.count(many) <= share * known_suns.count(few) + 10
 
 
 @pytest.mark.parametrize("lookup", ["depth", "auto"])

@@ -191,6 +191,28 @@ def test_a_shadow_has_no_light_line_where_layers_meet():
             assert (frame.visibility[floor_only(frame)] == 0.0).all(), method
 
 
+def test_what_lies_deeper_than_every_receiver_shadows_none(engine):
+    """A board that leans to a slat below its low edge. The disc reaches the slat, where the board's
+    plane would go on below; the camera sees it from behind, so that no receiver is as deep."""
+
+    def quad(x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
+        a, b, c, d = (x0, y0, -1.0), (x1, y1, -1.0), (x1, y1, 1.0), (x0, y0, 1.0)
+        return np.array([[a, c, b], [a, d, c]])
+
+    # The shelf makes the map wide enough.
+    board, slat, shelf = quad(-1, 1, 1, 0), quad(1.5, -0.24, 1.6, -0.04), quad(2.5, 0.2, 2.7, 0.2)
+    scene = scene_of(board, slat, shelf)
+    camera = lx.Camera.look_at((4.0, 2.0, 0.0), (0.8, 0.0, 0.0), yfov=0.7, width=96, height=64)
+    light = lx.SpotLight((0.0, 6.0, 0.0), (0.0, -1.0, 0.0), outer=0.6)
+    lookup = lx.Pcf(radius=1.4, samples=64, space="unwarped")
+    frame = lx.render(scene, camera, light, with_lookup("spot", lookup))
+    assert {0, 1, 2, 4} <= set(frame.triangle_id.ravel())
+    # Of these no disc reaches the shelf.
+    of_board = (frame.triangle_id == 0) | (frame.triangle_id == 1)
+    of_board &= frame.position[..., 0] < 0.9
+    assert (frame.visibility[of_board] == 1.0).all()
+
+
 @pytest.mark.parametrize("importance", ["distance*boundary"])
 def test_boundaries_are_those_of_hard_shadows(view, importance):
     """The first pass that finds them is not filtered: the same warp with and without."""

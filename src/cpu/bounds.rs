@@ -1,19 +1,21 @@
 //! What the engine leaves out without a test of each pixel, and what it is sure of, against points in float64.
 
 use super::bins::{Bins, Cover, bins};
-use super::lanes::{LANES, Simd, dispatch, f32x16, level};
+use super::lanes::{LANES, Simd, dispatch, f32x16, f64x8, level};
 use super::light_grid::{CELL, GRID, LightGrid};
+use super::light_space::LightSpace;
 use super::rasterize::{NONE, rasterize};
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
 use super::shapes::{Corners, Shapes};
 use super::tiles::{BLOCK, TILE, Tiling};
 use super::view::{Nearness, Place, View};
 use crate::camera::Camera;
+use crate::fits::central::turned_cube_faces;
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::twin::Random;
 use fearless_simd::prelude::*;
-use glam::{DMat4, DQuat, DVec2, DVec3, DVec4};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, DVec4};
 
 fn signed(random: &mut Random) -> f64 {
     2.0 * random.share() - 1.0
@@ -342,6 +344,51 @@ fn receivers_face_the_light_and_fall_where_its_views_see_them() {
         counts = [counts[0] + found[0], counts[1] + found[1]];
     }
     assert!(counts.iter().all(|&count| count > 1_000), "{counts:?}");
+}
+
+/// Receivers of a block that no layer is for.
+#[inline(always)]
+fn count_in_none<S: Simd>(simd: S, spaces: &[LightSpace], points: &[[DVec3; LANES]; BLOCK]) -> u32 {
+    let mut block = BlockReceivers::none(simd);
+    block.facing = [0xff; BLOCK];
+    for (lanes, points) in block.points.iter_mut().zip(points) {
+        *lanes = [0, 1, 2].map(|axis| f64x8::simd_from(simd, points.map(|point| point[axis])));
+    }
+    let masks = spaces.iter().map(|space| space.masks(simd, &block));
+    let found = masks.fold([0; BLOCK], |all: [u32; BLOCK], masks| {
+        std::array::from_fn(|i| all[i] | masks[i])
+    });
+    found.iter().map(|found| (!found & 0xff).count_ones()).sum()
+}
+
+#[test]
+fn a_receiver_where_faces_of_a_cube_meet_is_in_one_of_them() {
+    let mut random = Random(7);
+    let light = Light::directional(DVec3::NEG_Y).unwrap();
+    for round in 0..100 {
+        let scene = triangles(&mut random, 12);
+        let camera = camera(&mut random, (8, 8), (1e-3, f64::INFINITY));
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        let receivers = Receivers::new(&scene, &image, &camera, &light);
+        let turn = DQuat::from_axis_angle(vector(&mut random).normalize(), 3.0 * random.share());
+        let (position, cube) = (2.0 * vector(&mut random), DMat3::from_quat(turn));
+        let layers = turned_cube_faces(position, cube, scene.bounds());
+        let spaces: Vec<_> = layers
+            .iter()
+            .map(|layer| LightSpace::new(layer, &receivers))
+            .collect();
+        // Along a diagonal of the cube three faces meet, in a plane through two of them two.
+        let points = std::array::from_fn(|_| {
+            std::array::from_fn(|lane| {
+                let sides = [0, 1, 2].map(|i| f64::from(lane as u32 >> i & 1) * 2.0 - 1.0);
+                let mut corner = DVec3::from_array(sides);
+                corner[lane % 3] *= [1.0, random.share()][random.below(2)];
+                position + cube * corner * (3.0 * random.share()) - camera.eye
+            })
+        });
+        let lost = dispatch!(level(), simd => count_in_none(simd, &spaces, &points));
+        assert_eq!(lost, 0, "round {round}");
+    }
 }
 
 /// Checks all pixels; how many do not face the light and how many do.

@@ -65,7 +65,7 @@ pub fn importance_map(
     let (centre, size) = (projection.centre, [projection.width, projection.height]);
     let pass = Pass {
         receivers,
-        space: LightSpace::new(layer, receivers.eye),
+        space: LightSpace::new(layer, receivers),
         centre: [centre.x as f32, centre.y as f32],
         side: size.map(|texels| 1.0 / texels as f32),
         cells,

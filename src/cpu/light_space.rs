@@ -1,13 +1,16 @@
 //! Receivers in the projection space of a layer, eight at once.
 
 use super::lanes::{Simd, each, f32x8, f64x8, splat};
-use super::receivers::{BlockPlaces, BlockReceivers, function_of, narrow, splat64};
+use super::receivers::{BlockPlaces, BlockReceivers, Receivers, function_of, narrow, splat64};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
 use crate::lanes::V3;
 use crate::projection::{Formulas, Kind, KindVisitor, LaneKind};
 use fearless_simd::prelude::*;
 use glam::{DVec3, DVec4, Vec3};
+
+/// What float64 may round of a point's height over a plane, as a share of how far both are from the eye.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A layer, for points relative to the eye.
 pub struct LightSpace {
@@ -17,14 +20,16 @@ pub struct LightSpace {
     rows: [DVec4; 3],
     /// World vectors of a unit step along each of its axes.
     steps: [DVec3; 3],
-    /// The half-spaces of the receivers that the layer is for.
+    /// The half-spaces of the receivers that the layer is for, moved out by what rounding may do: a receiver where several
+    /// layers meet is in one of them.
     planes: Vec<DVec4>,
 }
 
 impl LightSpace {
-    pub fn new(layer: &Layer, eye: DVec3) -> Self {
+    pub fn new(layer: &Layer, receivers: &Receivers) -> Self {
         let Layer { projection, region } = layer;
         let unit = projection.unit();
+        let Receivers { scene, eye, .. } = *receivers;
         let offset = eye - projection.origin;
         let axes = [projection.x_axis, projection.y_axis, projection.z_axis];
         let steps = projection.steps();
@@ -37,7 +42,11 @@ impl LightSpace {
             }),
             rows: each(axes, |axis| axis.extend(axis.dot(offset)) * unit),
             planes: half_spaces
-                .map(|half| half.normal.extend(half.normal.dot(eye - half.origin)))
+                .map(|half| {
+                    let to_plane = eye - half.origin;
+                    let slack = ROUNDING * (scene.farthest(eye) + to_plane.length());
+                    half.normal.extend(half.normal.dot(to_plane) + slack)
+                })
                 .collect(),
         }
     }

@@ -143,7 +143,7 @@ fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayT
                 });
                 dispatch!(level(), simd => {
                     painter.draw_at_rays(simd, bins, rays, (&mut own_ids, &mut nearness));
-                    depths.store(simd, painter, Rays::Table(rays), (&own_ids, &mut nearness));
+                    depths.store(simd, painter, Rays::Table(rays), (&mut own_ids, &mut nearness));
                 });
                 for i in (0..TILE_PIXELS).filter(|&i| is_taken[i]) {
                     (ids[i], texels[i]) = (own_ids[i], nearness[i]);
@@ -207,6 +207,8 @@ impl Rays<'_> {
 struct Depths {
     kind: DepthKind,
     unit: f64,
+    /// That of the farthest receiver.
+    far: f32,
 }
 
 enum DepthKind {
@@ -237,28 +239,32 @@ impl Depths {
             }
         };
         let unit = projection.unit();
-        Self { kind, unit }
+        let far = (projection.far * unit) as f32;
+        Self { kind, unit, far }
     }
 
-    /// Puts depths in place of how near the texels of a tile are.
+    /// Puts depths in place of how near the texels of a tile are. Behind every receiver nothing is seen that may shadow one.
     #[inline(always)]
     fn store<S: Simd>(
         &self,
         simd: S,
         painter: &Painter,
         rays: Rays,
-        (ids, texels): (&[u32], &mut [f32; TILE_PIXELS]),
+        (ids, texels): (&mut [u32], &mut [f32; TILE_PIXELS]),
     ) {
         let mut known = KnownNearness::default();
-        for (i, texels) in texels.chunks_exact_mut(LANES).enumerate() {
-            let ids: [u32; LANES] = ids[i * LANES..][..LANES].try_into().expect("eight");
-            if ids == [NONE; LANES] {
+        let pairs = ids
+            .chunks_exact_mut(LANES)
+            .zip(texels.chunks_exact_mut(LANES));
+        for (i, (ids, texels)) in pairs.enumerate() {
+            let ids: &mut [u32; LANES] = ids.try_into().expect("eight");
+            if *ids == [NONE; LANES] {
                 texels.fill(EMPTY);
                 continue;
             }
             let (origin, [x, y]) = rays.eight(simd, i * LANES);
             let mut rows = [[0.0; 4]; LANES];
-            for (row, &id) in rows.iter_mut().zip(&ids).filter(|(_, id)| **id != NONE) {
+            for (row, &id) in rows.iter_mut().zip(&*ids).filter(|(_, id)| **id != NONE) {
                 *row = *known.get(id, || {
                     let planes = Planes::new(painter.view, painter.scene, id, origin);
                     let nearness = planes.map_or(DVec3::ZERO, |planes| planes.nearness);
@@ -269,8 +275,9 @@ impl Depths {
             let nearness = x.mul_add(a, y.mul_add(b, c));
             let depth = self.depth(simd, nearness, [x + origin.x, y + origin.y]);
             let depth: [f32; LANES] = narrow(depth).into();
-            for (texel, (id, depth)) in texels.iter_mut().zip(ids.into_iter().zip(depth)) {
-                *texel = if id == NONE { EMPTY } else { depth };
+            for (texel, (id, depth)) in texels.iter_mut().zip(ids.iter_mut().zip(depth)) {
+                *id = if depth <= self.far { *id } else { NONE };
+                *texel = if *id == NONE { EMPTY } else { depth };
             }
         }
     }

@@ -41,7 +41,7 @@ impl Bounds {
 
 /// The boxes of the receivers of each layer, in centred texels and depth, and how many they are in all layers.
 pub fn bounds(receivers: &Receivers, layers: &[Layer]) -> (Vec<Option<Corners>>, u32) {
-    let space = |layer| LightSpace::new(layer, receivers.eye);
+    let space = |layer| LightSpace::new(layer, receivers);
     let spaces: Vec<_> = layers.iter().map(space).collect();
     let of_rows = |i: usize| {
         let mut bounds = vec![Bounds::EMPTY; spaces.len()];
@@ -134,7 +134,7 @@ impl Farthest {
 }
 
 fn extremes(receivers: &Receivers, layer: &Layer) -> Vec<DVec2> {
-    let space = LightSpace::new(layer, receivers.eye);
+    let space = LightSpace::new(layer, receivers);
     let rows = (0..receivers.image.tiling.height.div_ceil(BLOCK)).into_par_iter();
     let of_rows = |i: usize| {
         let mut points = Vec::new();

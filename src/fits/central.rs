@@ -5,6 +5,7 @@ use super::parallel::axes_at;
 use super::receivers::Setting;
 use super::snapping::snapped;
 use crate::camera::Camera;
+use crate::geometry::farthest_in_box;
 use crate::light::Cone;
 use crate::projection::{Kind, Paraboloid, Perspective, Projection};
 use crate::region::{HalfSpace, Region};
@@ -26,10 +27,9 @@ pub fn axes_for_scene(
     kind: impl Into<Kind>,
     origin: DVec3,
     direction: DVec3,
-    (low, high): (DVec3, DVec3),
+    bounds: (DVec3, DVec3),
 ) -> Projection {
-    let farthest = (origin - low).abs().max((origin - high).abs()).length();
-    let far = farthest.max(f64::MIN_POSITIVE.sqrt());
+    let far = farthest_in_box(bounds, origin).max(f64::MIN_POSITIVE.sqrt());
     Projection {
         kind: kind.into(),
         near: NEAR_SHARE * far,

@@ -9,6 +9,7 @@ use super::tables::{filled_table, new_table, triangle_items, write_items, write_
 use crate::bvh::{BoxSpace, Bvh};
 use crate::edges::Edges;
 use crate::error::Result;
+use crate::geometry::farthest_in_box;
 use crate::light::Light;
 use crate::lock::Kept;
 use crate::rounding::double_single;
@@ -191,8 +192,7 @@ impl SceneTables {
 
     /// The greatest distance of a point of the scene's box.
     pub fn farthest(&self, point: DVec3) -> f64 {
-        let (low, high) = self.bounds;
-        (point - low).abs().max((point - high).abs()).length()
+        farthest_in_box(self.bounds, point)
     }
 
     fn write(&self, gpu: &Gpu, scene: &Scene, high: Vec<Vec4>, low: Vec<Vec4>) {

@@ -56,7 +56,7 @@ impl<'a> LookedUp<'a> {
         settings: MapSettings,
     ) -> Self {
         let projection = &layer.projection;
-        let space = LightSpace::new(layer, receivers.eye);
+        let space = LightSpace::new(layer, receivers);
         let rounding = position_rounding(projection, receivers.eye);
         let rule = settings
             .bias
