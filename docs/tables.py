@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from lixel import _core, auto
-from lixel.lab import accuracy, calibration, stress
+from lixel.lab import accuracy, aligned as aligned_lights, calibration, stress
 from lixel.lab.result_tables import read
 
 DOCS = Path(__file__).parent
@@ -316,6 +316,19 @@ def stability_beyond() -> str:
     return markdown(table[table["beyond"] > 0].drop(columns="limit"))
 
 
+def aligned(kind: str) -> str:
+    """Misclassified pixels of each method by scene, of lights along walls and of turned ones."""
+    sums = aligned_lights.summary(read(RESULTS / "stability" / "aligned.parquet"))
+    sums = sums[sums["kind"] == kind]
+    rows = []
+    for method, own in sums.groupby("method", sort=False):
+        cells = {
+            row["scene"]: f"{row['aligned']:,} / {row['turned']:,}" for _, row in own.iterrows()
+        }
+        rows.append({"method": f"`{method}`", **cells})
+    return markdown(rows)
+
+
 def culling() -> str:
     return markdown(read(RESULTS / "stability" / "culling.csv"))
 
@@ -344,6 +357,7 @@ WHAT = {
     "peers/colonnade-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
     "peers/sponza-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
     "sponza-llvmpipe": "time and error of every method on Crytek Sponza (the README's figure)",
+    "stability/aligned": "misclassified pixels under lights that run along walls, and turned ones",
     "stability/culling": "what each method leaves out, and that no pixel changes by it",
     "stability/flicker": "pixels that flicker while the camera or the light moves",
     "stability/mutants": "one formula broken at a time, and the first test that fails",
@@ -371,8 +385,12 @@ def files() -> str:
 
 
 def devices() -> str:
-    drivers = sorted({read(path).attrs["driver"] for path in kept()})
-    return f"All are of {', '.join(drivers)}, a Vulkan driver that runs on the CPU, on two cores."
+    made = [read(path).attrs for path in kept()]
+    drivers = sorted({found["driver"] for found in made if "lanes" not in found["driver"]})
+    return (
+        f"All are of {', '.join(drivers)}, a Vulkan driver that runs on the CPU, on two cores; "
+        "`stability/aligned` is of the CPU engine."
+    )
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
@@ -401,6 +419,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "stability": stability_summary,
     "known limits": stability_limits,
     "beyond the bound": stability_beyond,
+    "aligned suns": lambda: aligned("sun"),
+    "aligned point lights": lambda: aligned("point"),
     "culling": culling,
     "flicker": flicker,
 }

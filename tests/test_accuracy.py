@@ -11,7 +11,7 @@ import pytest
 
 import lixel as lx
 from lixel import cli
-from lixel.lab import accuracy
+from lixel.lab import accuracy, aligned
 from lixel.lab.random_views import is_in_view, random_camera, random_lights
 from lixel.lab.result_tables import PROVENANCE, read
 from lixel.lab.views import Views
@@ -65,6 +65,51 @@ def test_accuracy_command_writes_every_view_and_resumes(folder, capfd):
     path.write_text("".join(lines[:9]))
     assert cli.main(arguments) == 0
     assert path.read_text() == whole
+
+
+def test_aligned_command_compares_lights_with_turned_ones_and_resumes(folder, monkeypatch, capsys):
+    few = {"uniform": lx.Uniform(resolution=128), "cube": lx.Cube(), "exact": lx.Exact()}
+    monkeypatch.setattr(aligned, "all_methods", lambda: few)
+    for name, few_of in (("AZIMUTHS", (90,)), ("ELEVATIONS", (15.0,)), ("WALLS", 1), ("LAMPS", 1)):
+        monkeypatch.setattr(aligned, name, few_of)
+    path = folder / "aligned.csv"
+    line = ["lab", "aligned", str(folder), "--size", "96x64", "-o", str(path)]
+    assert cli.main(line) == 0
+    table = read(path)
+    suns = table[table["kind"] == "sun"]
+    assert len(suns["light"].unique()) == 2
+    assert set(suns["method"]) == {"uniform", "exact"}
+    assert set(table[table["kind"] == "point"]["method"]) == {"uniform", "cube", "exact"}
+    assert not table.loc[table["method"] == "exact", ["aligned", "turned"]].any(axis=None)
+    sums = aligned.summary(table).set_index(["scene", "kind", "method"])
+    assert sums.loc[("all", "sun", "uniform"), "turned"] == suns["turned"].sum() > 0
+    assert "ratio" in capsys.readouterr().out
+    whole = path.read_text()
+    path.write_text("".join(whole.splitlines(keepends=True)[:7]))
+    assert cli.main(line) == 0
+    assert path.read_text() == whole
+
+
+def test_aligned_lights_lie_along_walls_and_turned_ones_a_degree_off(view):
+    pairs = list(aligned.pairs_of(view.scene, view.camera))
+    suns = [pair for pair in pairs if pair[0].startswith("sun")]
+    assert len(suns) == 33
+    for name, lights, turned in suns:
+        for sun in lights:
+            between = np.degrees(np.arccos(np.clip(sun.direction @ turned.direction, -1, 1)))
+            assert between <= 1.0 + 1e-6, name
+        # Along an axis, once with all that is rounded and once without.
+        is_exact = [np.isin(sun.direction, 0.0).any() for sun in lights]
+        assert len(lights) == 1 or is_exact == [False, True] or "sun at 0 degrees" in name
+    truth = lx.reference(view.scene, view.camera, suns[0][2])
+    normals = truth.normal[truth.covered].astype(float)
+    heights = (truth.position[truth.covered] * normals).sum(axis=1)
+    for _, [lamp], turned in pairs[33:]:
+        # In the plane of many pixels; the turned one is before them.
+        off = np.abs(normals @ lamp.position - heights)
+        assert (off < 1e-6).sum() > 20
+        moved = turned.position - lamp.position
+        assert np.linalg.norm(moved) > 0.0
 
 
 def test_methods_kinds_and_scenes_can_be_named(folder, capfd):

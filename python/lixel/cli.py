@@ -20,6 +20,7 @@ from .frame import render
 from .info import info
 from .lab import (
     accuracy,
+    aligned,
     calibration,
     culling,
     demo,
@@ -225,6 +226,7 @@ LAB: Mapping[str, Command] = {
     "flicker": Command.of(flicker, device="gpu"),
     "accuracy": Command.of(accuracy, device="gpu"),
     "departures": Command.of(departures, device="gpu"),
+    "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
     "calibration": Command.of(calibration, device="gpu"),
 }

@@ -269,7 +269,8 @@ def _house_lit_by(light: Light) -> View:
     return scene, _camera((2.6, 2.1, 6.8), (0.0, 0.9, 0.0)), light
 
 
-def _sun(azimuth: float, elevation: float) -> DirectionalLight:
+def sun_at(azimuth: float, elevation: float) -> DirectionalLight:
+    """The sun at degrees from +Z towards +X, and above the floor."""
     a, e = math.radians(azimuth), math.radians(elevation)
     to_sun = math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)
     return DirectionalLight([-c for c in to_sun])
@@ -278,9 +279,9 @@ def _sun(azimuth: float, elevation: float) -> DirectionalLight:
 def _edge_on(family: str) -> Iterator[Case]:
     for elevation in (1.0, 15.0, 45.0, 89.9, 90.0):
         for azimuth in np.arange(0.0, 360.0, 45.0):
-            turned = _sun(azimuth + 1.0, min(elevation, 89.0))
+            turned = sun_at(azimuth + 1.0, min(elevation, 89.0))
             of = partial(_house_lit_by, turned)
-            suns = {"": _sun(azimuth, elevation)}
+            suns = {"": sun_at(azimuth, elevation)}
             if azimuth % 90.0 == 0.0 and elevation in (15.0, 90.0):
                 # No component is left of what sine and cosine round.
                 exact = np.where(
@@ -319,10 +320,10 @@ def _blocks_lit_by(light: Light) -> View:
 
 def _low_sun(family: str) -> Iterator[Case]:
     for azimuth in (110.0, 205.0):
-        of = partial(_blocks_lit_by, _sun(azimuth, 1.0))
+        of = partial(_blocks_lit_by, sun_at(azimuth, 1.0))
         for degrees in (2.0, 0.5, 0.1, 0.03, 0.01, 1e-3, 1e-4):
             name = f"{degrees:g} degrees high, at {azimuth:g} degrees"
-            make = partial(_blocks_lit_by, _sun(azimuth, degrees))
+            make = partial(_blocks_lit_by, sun_at(azimuth, degrees))
             yield Case(family, name, make, of=of, quick=degrees in (0.03, 1e-3))
 
 
