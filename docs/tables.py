@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from lixel import _core, auto
-from lixel.lab import accuracy, aligned as aligned_lights, calibration, stress
+from lixel.lab import accuracy, aligned as aligned_lights, calibration, rankings, stress
 from lixel.lab.result_tables import read
 
 DOCS = Path(__file__).parent
@@ -353,6 +353,7 @@ WHAT = {
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
     "departures/llvmpipe": "what each departure of a default from its paper gains",
     "demo/llvmpipe": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
+    "papers/rankings": "the papers' methods as published, by scenes and random lights",
     "growth/llvmpipe": "time and work by triangles and by pixels, objects on a floor",
     "peers/colonnade-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
     "peers/sponza-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
@@ -385,12 +386,33 @@ def files() -> str:
 
 
 def devices() -> str:
-    made = [read(path).attrs for path in kept()]
-    drivers = sorted({found["driver"] for found in made if "lanes" not in found["driver"]})
+    drivers = {read(path).attrs["driver"] for path in kept()}
+    own = "; ".join(sorted(driver for driver in drivers if "lanes" in driver))
+    adapters = ", ".join(sorted(driver for driver in drivers if "lanes" not in driver))
     return (
-        f"All are of {', '.join(drivers)}, a Vulkan driver that runs on the CPU, on two cores; "
-        "`stability/aligned` is of the CPU engine."
+        f"They are of {adapters}, a Vulkan driver that runs on the CPU, on two cores, or of\n"
+        f"the CPU engine ({own}) and of that driver for what the engine has not."
     )
+
+
+# --- The papers' rankings: docs/pages/papers.md ---
+
+
+def ranked(part: str) -> str:
+    """A table, or what the text says with numbers, from the views of `lixel lab rankings`."""
+    table = read(RESULTS / "papers" / "rankings.parquet")
+    suns, lamps = rankings.by_view(table, "sun"), rankings.by_view(table, "lamp")
+    match part:
+        case "views":
+            scenes = table["scene"].nunique()
+            return (
+                f"{len(suns)} views by random directional lights and {len(lamps)} by lamps outside "
+                f"of the view, of {scenes}\nscenes, 320 x 180 pixels, maps of 256²."
+            )
+        case "smoothing":
+            return markdown(rankings.by_smoothing(table))
+        case _:
+            return markdown(rankings.by_scene(table))
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
@@ -416,6 +438,9 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "cluster": cluster,
     "bound of auto": bound,
     "bound of auto, generated scenes": bound_generated,
+    "rankings, views": lambda: ranked("views"),
+    "rankings, smoothing": lambda: ranked("smoothing"),
+    "rankings, scenes": lambda: ranked("scenes"),
     "stability": stability_summary,
     "known limits": stability_limits,
     "beyond the bound": stability_beyond,

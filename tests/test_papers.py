@@ -377,6 +377,7 @@ def test_the_path_of_figure_9_goes_on_where_it_was_stopped(monkeypatch, tmp_path
 def small_scenes(monkeypatch):
     """The same few triangles and pixels in place of each scene, and lixel's own methods, which need
     no driver."""
+    monkeypatch.setenv("LIXEL_DEVICE", "cpu")
     own = drawings.method_of
     monkeypatch.setattr(
         drawings, "method_of", lambda name, **changes: own(name.partition("@")[0], **changes)

@@ -18,7 +18,7 @@ from ...arguments import needs
 from ...camera import Camera
 from ...compare import Comparison, compare
 from ...frame import Frame, render
-from ...light import HemisphereLight, Light, PointLight
+from ...light import DirectionalLight, HemisphereLight, Light, PointLight
 from ...methods import Method, Pcf
 from ...pictures import warp_plots
 from ...pictures.display import shadow_picture
@@ -264,8 +264,8 @@ def thesis_figure(other: str, part: int) -> Grid:
 
 def _omnidirectional(part: int) -> tuple[View, dict[str, Frame]]:
     view = view_of(milet.LAMP, milet.SIZE, milet.RESOLUTION, part)
-    frames = {name: view.frame(f"{of}@navratil") for name, of in milet.LAMP_METHODS.items()}
-    return view, frames
+    methods = {name: f"{of}@{milet.OF_THESIS}" for name, of in milet.LAMP_METHODS.items()}
+    return view, {name: view.frame(of, **milet.by_hand(of)) for name, of in methods.items()}
 
 
 def thesis_figure_4(part: int) -> Grid:
@@ -288,7 +288,7 @@ def thesis_figure_6(part: int) -> Grid:
     return [[counts_of(name, frame) for name, frame in frames.items()]]
 
 
-def vanek_figure(scene: str, light: Light, methods: Mapping[str, str], part: int) -> Grid:
+def vanek_figure(scene: str, light: Light | None, methods: Mapping[str, str], part: int) -> Grid:
     """1, 6 and 7: methods side by side, and a detail of each."""
     view = view_of(vanek.SCENES[scene], (1600, 1200), 1024, part, light)
     frames = {name: view.frame(of) for name, of in methods.items()}
@@ -358,11 +358,10 @@ FIGURES: Mapping[str, Callable[[int], Grid]] = {
         vanek_figure, "Sibenik", _hemisphere("Sibenik", (-0.1, -0.4, -1.0)), PARABOLOIDS
     ),
     "vanek-figure-5": vanek_figure_5,
-    "vanek-figure-6": partial(
-        vanek_figure, "Car", _hemisphere("Car", (14, -16, -10)), WITH_UNIFORM
-    ),
+    # A uniform map has one direction; a spot light is one that all three can render.
+    "vanek-figure-6": partial(vanek_figure, "Car", vanek.SCENES["Car"].spot, WITH_UNIFORM),
     "vanek-figure-7": partial(
-        vanek_figure, "Trees", _hemisphere("Trees", (60, -70, 25)),
+        vanek_figure, "Trees", DirectionalLight((60, -70, 25)),
         {"uniform": "uniform@vanek-2011", "IPSM": "improved_paraboloid@published"},
     ),
     "chong-figure-2": chong_figure_2,
