@@ -34,6 +34,9 @@ override uses_depths: bool = true;
 override samples: u32 = 0u;
 // Whether the disc lies across the receiver's light ray, in world units, or in the warped map, in texels.
 override is_unwarped: bool = false;
+// Whether tests in the disc weigh less the farther they are from its middle, and whether each pixel turns it.
+override is_gaussian: bool = false;
+override is_jittered: bool = false;
 
 // What share of the depth tests must agree in `auto`, each by its bilinear weight. A triangle that several
 // texels hold is large, and its own test knows better where its shadow ends. Where most texels hold something
@@ -63,7 +66,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         if first.x < receivers.width && row < receivers.height {
             let receiver = load_receiver(receivers, first.x, row);
             if receiver.faces_light {
-                let lit = lit_share(receivers, projection, warp, receiver);
+                let lit = lit_share(receivers, projection, warp, receiver, vec2<u32>(first.x, row));
                 if lit != UNKNOWN {
                     visibility[row * receivers.width + first.x] = lit;
                 }
@@ -75,7 +78,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 // Of a receiver that the map says nothing of: on the border of two layers the other one may. Until then it is lit.
 const UNKNOWN: f32 = -1.0;
 
-fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver: Receiver) -> f32 {
+fn lit_share(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    receiver: Receiver,
+    pixel: vec2<u32>,
+) -> f32 {
     let start = place_of_lookup(receivers, projection, warp, receiver);
     let size = vec2<f32>(projection.size);
     // Off the map there is no caster.
@@ -98,7 +107,7 @@ fn lit_share(receivers: Receivers, projection: Projection, warp: Warp, receiver:
     let bias = bias_of_receiver(receivers, projection, receiver, start.normal);
     let plane = ReceiverPlane(receiver.q, bias, receiver.triangle, start);
     if samples > 0u {
-        return share_in_disc(receivers, projection, warp, receiver, plane, own_patch, middle);
+        return share_in_disc(receivers, projection, warp, receiver, plane, own_patch, middle, pixel);
     }
     var around = Around(0u, 0u, 0u, 0u, 0u, NO_TRIANGLE);
     var ids: array<u32, 25>;            // of the triangles across seams
@@ -347,15 +356,23 @@ fn share_in_disc(
     plane: ReceiverPlane,
     own_patch: Patch,
     middle: vec2<i32>,
+    pixel: vec2<u32>,
 ) -> f32 {
     let size = vec2<f32>(projection.size);
     let axes = axes_across(normalize(receiver.from_light));
     let right_step = projected_from_offset(projection, axes.x * receivers.filter_radius);
     let up_step = projected_from_offset(projection, axes.y * receivers.filter_radius);
-    var tests = 0;
-    var lit = 0;
+    let angle = turn_of_disc(pixel);
+    let turn = vec2<f32>(cos(angle), sin(angle));
+    var tests = 0.0;
+    var lit = 0.0;
     for (var i = 0u; i < samples; i += 1u) {
-        let offset = point_of_disc(i);
+        var offset = point_of_disc(i);
+        // A Gaussian of half the radius.
+        let weight = select(1.0, exp(-2.0 * dot(offset, offset)), is_gaussian);
+        if is_jittered {
+            offset = vec2<f32>(offset.x * turn.x - offset.y * turn.y, offset.x * turn.y + offset.y * turn.x);
+        }
         var texel = plane.start.place + offset * receivers.filter_radius;
         if is_unwarped {
             let q = receiver.q + right_step * offset.x + up_step * offset.y;
@@ -367,17 +384,25 @@ fn share_in_disc(
             var whole = texel_at(size, texel);
             whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);
             let step = step_to_texel(projection, warp, plane, whole);
-            let counts = i32(is_before_surface(plane.start, step));
+            let counts = select(0.0, weight, is_before_surface(plane.start, step));
             tests += counts;
-            lit += counts * i32(is_lit_at(receivers, projection, plane, whole, step));
+            lit += counts * f32(is_lit_at(receivers, projection, plane, whole, step));
         }
     }
-    if tests == 0 {
+    if tests == 0.0 {
         let step = step_to_texel(projection, warp, plane, middle);
         let is_lit = is_lit_at(receivers, projection, plane, middle, step);
         return select(UNKNOWN, f32(is_lit), is_before_surface(plane.start, step));
     }
-    return f32(lit) / f32(tests);
+    return lit / tests;
+}
+
+// The angle that a pixel turns the disc by, from a hash of its place (O'Neill, "PCG", 2014).
+fn turn_of_disc(pixel: vec2<u32>) -> f32 {
+    let state = (pixel.x + pixel.y * 65536u) * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    let hash = (word >> 22u) ^ word;
+    return f32(hash >> 8u) * (6.2831853 / 16777216.0);
 }
 
 // Point i of a spiral that covers the unit disc evenly (Vogel, "A better way to construct the sunflower

@@ -57,6 +57,33 @@ pub struct Filter {
     pub samples: u32,
     /// Whether the disc lies across the receiver's light ray, before the warp, or in the warped map.
     pub is_unwarped: bool,
+    /// Whether a test weighs less the farther it is from the receiver, or as much as any other.
+    pub is_gaussian: bool,
+    /// Whether each pixel turns the disc by an angle of its own.
+    pub is_jittered: bool,
+}
+
+impl Filter {
+    /// Of a test at a point of the unit disc: a Gaussian of half the radius.
+    pub fn weight(self, point: [f32; 2]) -> f32 {
+        let [x, y] = point;
+        match self.is_gaussian {
+            true => (-2.0 * (x * x + y * y)).exp(),
+            false => 1.0,
+        }
+    }
+
+    /// The angle that a pixel turns the disc by, from a hash of its place (O'Neill, "PCG", 2014).
+    pub fn turn(self, pixel: [u32; 2]) -> f32 {
+        if !self.is_jittered {
+            return 0.0;
+        }
+        let seed = pixel[0].wrapping_add(pixel[1].wrapping_mul(65_536));
+        let state = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+        let hash = (word >> 22) ^ word;
+        (hash >> 8) as f32 * (std::f32::consts::TAU / 16_777_216.0)
+    }
 }
 
 impl Comparison {

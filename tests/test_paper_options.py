@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from views import small
@@ -259,3 +261,49 @@ def test_two_halves_are_rotated_to_the_truncated_view_frustum(method, city):
     down = lx.render(scene, camera, light, method(resolution=64, **given))
     normals = [np.array(layer["region"])[0, :3] for layer in down.projections]
     assert all(abs(normal[1]) > 0.999 * np.linalg.norm(normal) for normal in normals)
+
+
+# --- From frame to frame ---
+
+
+def frames(scene: lx.Scene, camera: lx.Camera, count: int, **given: object) -> list[lx.Frame]:
+    """Of a camera that moves to the right, each with the one before."""
+    made: list[lx.Frame] = []
+    for i in range(count):
+        pose = camera.pose.copy()
+        pose[:3, 3] += 0.4 * i * pose[:3, 0]
+        method = lx.SceneOptimized(resolution=200, previous=made[-1] if made else None, **given)
+        made.append(lx.render(scene, camera.posed(pose), SUN, method))
+    return made
+
+
+def test_a_matrix_is_kept_for_as_many_frames_as_are_asked_for(city):
+    """Chong and Gortler, 2.4: P is updated every three frames."""
+    made = frames(*city, 7, every=3)
+    assert [frame.stats["matrix_age"] for frame in made] == [1, 2, 3, 1, 2, 3, 1]
+    for before, after in itertools.pairwise(made):
+        is_kept = after.stats["matrix_age"] > 1
+        assert ("fit light matrix (CPU)" in after.timings) != is_kept
+        if is_kept:
+            # What takes a point to its texel, up to the scale of homogeneous coordinates.
+            old, new = (frame.light_matrix[0][[0, 1, 3]] for frame in (before, after))
+            old, new = (rows / np.linalg.norm(rows[2]) for rows in (old, new))
+            assert np.allclose(old, new, rtol=1e-6, atol=1e-6 * np.abs(old).max())
+    for frame in made:
+        truth = lx.reference(city[0], frame.camera, SUN)
+        wrong = lx.compare(frame, truth).misclassified_count
+        assert wrong < 0.05 * np.count_nonzero(truth.facing)
+
+
+def test_boundaries_are_those_of_the_last_frames_map(city):
+    """Its map finds nearly the same boundaries as a focused one, and so nearly the same matrix."""
+    scene, camera = city
+    given = {"samples": "boundary"}
+    [_, focused] = frames(scene, camera, 2, **given)
+    [_, previous] = frames(scene, camera, 2, boundaries="previous", **given)
+    assert previous.stats["h"] == pytest.approx(focused.stats["h"], rel=0.3)
+    assert previous.stats["h"] != focused.stats["h"]
+    truth = lx.reference(scene, previous.camera, SUN)
+    # What the last map does not hold is lit in the first pass, and its boundaries are missed.
+    wrong = lx.compare(previous, truth).misclassified_count
+    assert wrong < 0.05 * np.count_nonzero(truth.facing)

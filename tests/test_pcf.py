@@ -252,3 +252,73 @@ def test_filters_are_parameters_like_others():
     assert method.parameters()["lookup"] == lx.Pcf(0.5, 8, "unwarped")
     with pytest.raises(ValueError, match=r"lookup must be one of 'auto', .* or a lixel\.Pcf, got"):
         lx.Uniform(lookup="pcf")  # type: ignore[arg-type]
+
+
+# --- Rosen's weights and jitter (6.2) ---
+
+
+def point_of_disc(i: int, samples: int) -> np.ndarray:
+    """Vogel's spiral with two arms."""
+    odd = samples % 2
+    pair = (i + odd) // 2
+    radius = np.sqrt((2 * pair + 1 - odd) / samples)
+    arm = 1 - 2 * ((i + odd) % 2)
+    angle = pair * 1.9416111
+    return arm * radius * np.array([np.cos(angle), np.sin(angle)])
+
+
+@pytest.mark.parametrize("weights", ["even", "gaussian"])
+@pytest.mark.parametrize("jitter", [False, True])
+def test_a_penumbra_is_the_weighted_share_beyond_the_edge(weights, jitter, engine):
+    """Points and weights computed anew: those of the disc that see past a straight edge, in the
+    mean over the rotations of the disc."""
+    count = 128
+    lookup = lx.Pcf(0.5, count, "unwarped", weights=weights, jitter=jitter)
+    method = lx.Uniform(resolution=2048, lookup=lookup)
+    frame = lx.render(edge(), CAMERA, lx.DirectionalLight((0.0, -1.0, 0.0)), method)
+    seen = floor_only(frame)
+    points = np.array([point_of_disc(i, count) for i in range(count)])
+    w = np.ones(count)
+    if weights == "gaussian":
+        w = np.exp(-0.5 * (points**2).sum(axis=1) / 0.5**2)
+    # In radii from the edge.
+    places = np.linspace(-0.95, 0.95, 20)
+    turns = np.linspace(0.0, 2 * np.pi, 90, endpoint=False)
+    across = points @ np.stack([np.cos(turns), np.sin(turns)])
+    lit = places[:, None, None] + across[None] > 0.0
+    expected = (w[None, :, None] * lit).sum(axis=1).mean(axis=1) / w.sum()
+    x = frame.position[..., 0][seen] / 0.5
+    middle = np.abs(x) < 0.9
+    error = frame.visibility[seen][middle] - np.interp(x[middle], places, expected)
+    bins = np.digitize(x[middle], np.linspace(-0.9, 0.9, 10))
+    # A Gaussian is up to 0.07 from even weights.
+    assert max(abs(error[bins == b].mean()) for b in range(1, 10)) < 0.025
+    assert np.abs(error).max() < 0.15
+
+
+def test_jitter_is_the_same_in_every_frame_and_differs_by_pixel():
+    steady, jittered = (
+        lx.Uniform(resolution=2048, lookup=lx.Pcf(0.5, 8, "unwarped", jitter=jitter))
+        for jitter in (False, True)
+    )
+    light = lx.DirectionalLight((0.0, -1.0, 0.0))
+    first, second = (lx.render_shadows(edge(), CAMERA, light, jittered) for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+    plain = lx.render_shadows(edge(), CAMERA, light, steady)
+
+    def roughness(image: np.ndarray) -> float:
+        """Along the edge: differences of pixels one above the other."""
+        return float(np.nanmean(np.abs(np.diff(image[60:, :], axis=0))))
+
+    assert roughness(first) > 2 * roughness(plain)
+
+
+def test_both_engines_turn_the_disc_alike():
+    lookup = lx.Pcf(0.4, 16, "unwarped", weights="gaussian", jitter=True)
+    method = lx.Uniform(resolution=1024, lookup=lookup)
+    gpu, cpu = (
+        lx.render_shadows(edge(), CAMERA, DIRECTIONAL, method, device=device)
+        for device in ("gpu", "cpu")
+    )
+    differ = ~np.isclose(gpu, cpu, atol=1e-5, equal_nan=True)
+    assert differ.mean() < 0.002

@@ -40,7 +40,13 @@ SPELLED_OUT = {
     "plane_optimal@published": lx.PlaneOptimal(resolution=400, fit="frustum", **MAP),
     "psm@published": lx.PerspectiveShadowMap(resolution=512, fit="frustum", **MAP),
     "scene_optimized@published": lx.SceneOptimized(
-        resolution=400, samples="boundary", optimizer="paper", sample_resolution=180, **MAP
+        resolution=400,
+        samples="boundary",
+        optimizer="paper",
+        sample_resolution=180,
+        every=3,
+        boundaries="previous",
+        **MAP,
     ),
     "cascades@published": lx.Cascades(
         resolution=2048,

@@ -81,7 +81,8 @@ pub fn parts_of_receivers(
     parts
 }
 
-fn parts_of_frustum(setting: Setting) -> Vec<Part> {
+/// What is in the camera's frustum, whatever the receivers.
+pub fn parts_of_frustum(setting: Setting) -> Vec<Part> {
     let corners = visible_part(setting.camera, setting.scene.bounds());
     if let Some(subject) = Subject::new(setting.source(), corners) {
         return vec![Part::everywhere(subject, vec![])];

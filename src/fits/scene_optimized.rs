@@ -59,6 +59,27 @@ pub fn focused_layers(
     })
 }
 
+/// The layer of the matrix of the frame before as it is, over those parts; none where there is not one part.
+pub fn kept_layers(
+    setting: Setting,
+    parts: Vec<Part>,
+    previous: DMat4,
+    resolution: u32,
+) -> Vec<Layer> {
+    if parts.len() != 1 {
+        return vec![];
+    }
+    matrix_layers(setting, parts, resolution, |part| {
+        let [x, y, w] = part.subject.rays.map_from_ray(previous);
+        // Places of a light matrix are from the middle of the map.
+        let middle = 0.5 * f64::from(resolution) * w;
+        let ahead = part.subject.rays.ray_from_point(part.subject.middle());
+        let length = w.length() * w.dot(ahead).signum();
+        let [x, y, w] = [x - middle, y - middle, w].map(|row| row / length);
+        Some(LightMatrix { x, y, w })
+    })
+}
+
 /// The samples that the map is for, by their visibility; all that face the light where there is no shadow.
 pub fn chosen_samples(
     samples: &SampledReceivers,

@@ -132,12 +132,17 @@ const MAX_SAMPLES: u32 = 1024;
 /// Each with whether the disc lies across the light's rays, before the warp.
 const SPACES: Choices<bool> = &[("warped", false), ("unwarped", true)];
 
+/// Each with whether a test weighs less the farther it is from the receiver.
+const WEIGHTS: Choices<bool> = &[("even", false), ("gaussian", true)];
+
 parameters! {
     /// Of percentage closer filtering, a value of `lookup`.
     pub struct FilterParameters {
         pub radius: f64 = number(Some(2.0), NON_NEGATIVE, "texels or world units"),
         pub samples: u32 = count(Some(16), MAX_SAMPLES, "points"),
         pub space: bool = choice(SPACES, "warped"),
+        pub weights: bool = choice(WEIGHTS, "even"),
+        pub jitter: bool = flag(false),
     }
 }
 
@@ -152,6 +157,8 @@ impl From<FilterParameters> for Filter {
             radius: parameters.radius,
             samples: parameters.samples,
             is_unwarped: parameters.space,
+            is_gaussian: parameters.weights,
+            is_jittered: parameters.jitter,
         }
     }
 }

@@ -13,6 +13,7 @@ Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Rasterization: TypeAlias = Literal["exact", "linear"]
 Lookup: TypeAlias = Literal["auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
 Space: TypeAlias = Literal["warped", "unwarped"]
+Weights: TypeAlias = Literal["even", "gaussian"]
 
 Own = TypeVar("Own", bound="ShadowMethod")
 
@@ -41,7 +42,7 @@ class Pcf(Checked):
     The visibility of a receiver is the share of depth tests that find it lit, in [0, 1], over
     points that cover a disc around it evenly:
 
-    .. math:: v = \\frac{1}{n} \\sum_{i=1}^{n} \\mathrm{lit}(p + r s_i)
+    .. math:: v = \\sum_{i=1}^{n} w_i \\, \\mathrm{lit}(p + r s_i) / \\sum_{i=1}^{n} w_i
 
     Each test is a ``"depth"`` lookup in the texel that the point falls in, on that texel's own ray.
     With the automatic bias the receiver's plane is evaluated there, so that a plane never shadows
@@ -52,8 +53,7 @@ class Pcf(Checked):
     Limits: where two surfaces meet in a concave edge, the disc around a receiver on one of them
     covers texels of the other, which may lie in front of its plane. This gives a dark line along
     the edge, as wide as the disc. The map of `SceneOptimized` holds only what is in shadow; the lit
-    half of a penumbra is on it only with ``samples="facing"``. All points have the same weight,
-    whereas Rosen weights and jitters them.
+    half of a penumbra is on it only with ``samples="facing"``.
 
     Parameters
     ----------
@@ -66,6 +66,12 @@ class Pcf(Checked):
     space : {"warped", "unwarped"}
         ``"warped"``: shadow edges are antialiased, and sharper where a warp spends more texels.
         ``"unwarped"``: soft edges, equally wide whatever the map; each point is warped by itself.
+    weights : {"even", "gaussian"}
+        Of the points: all the same, or a Gaussian whose standard deviation is half the radius, as
+        Rosen has them (6.2), who gives no deviation: :math:`w_i = \\exp(-2 |s_i|^2)`.
+    jitter : bool
+        Each pixel turns the disc by an angle of its own, which is the same in every frame, so that
+        steps become noise, as Rosen has them.
 
     Raises
     ------
@@ -91,6 +97,8 @@ class Pcf(Checked):
     radius: float = 2.0
     samples: int = 16
     space: Space = "warped"
+    weights: Weights = "even"
+    jitter: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,6 +9,7 @@ from .base import BoxMethod, ShadowMapMethod
 
 MatrixFit: TypeAlias = Literal["receivers", "frustum"]
 Samples: TypeAlias = Literal["shadow", "boundary", "facing"]
+Boundaries: TypeAlias = Literal["focused", "previous"]
 Optimizer: TypeAlias = Literal["paper", "simplex"]
 Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 
@@ -191,8 +192,8 @@ class SceneOptimized(ShadowMapMethod):
 
     This differs from the paper in three ways. The sum is over at most 400 samples, evenly chosen.
     Samples whose surface is within three degrees of edge-on to the light are left out of it: one
-    weighs as much as all the others. And the first map, which finds the boundaries, is a focused
-    one in every frame, where the paper takes the last frame's map and a plain one every few frames.
+    weighs as much as all the others. And unless `boundaries` and `every` say otherwise, every frame
+    has a focused first map that finds the boundaries, and a search.
 
     Limits: a first map finds the boundaries, and the CPU waits for the GPU in between. A shadow
     that no sample meets may be off the map, and then is lit.
@@ -215,6 +216,16 @@ class SceneOptimized(ShadowMapMethod):
         The previous frame, or its light matrix. It is reused, scaled and shifted to hold all
         samples, unless the median h of a new matrix is below 80 % of its own; so shadow edges
         flicker less. For one map, not for the faces of a cube.
+    previous_age : int, optional
+        For how many frames the previous matrix has been in use; None with a matrix alone, taken
+        from a frame's ``stats["matrix_age"]``.
+    every : int
+        The matrix is searched for in every so many frames, 3 in the paper (2.4): while
+        `previous_age` is less, the previous one is kept as it is, and nothing is read back.
+    boundaries : {"focused", "previous"}
+        Whose map finds the boundaries: a focused one, or the previous matrix's, as in the paper
+        (2.3), which takes a plain one every couple of frames (2.4): give these frames no
+        `previous`.
 
     The others are those of `ShadowMapMethod`. ``frame.stats["h"]`` is the measure reached, in
     squared pixels per squared texel.
@@ -236,8 +247,14 @@ class SceneOptimized(ShadowMapMethod):
     sample_resolution: int = 180
     margin: float = 0.02
     previous: Matrix | None = None
+    previous_age: int | None = None
+    every: int = 1
+    boundaries: Boundaries = "focused"
 
     def __post_init__(self) -> None:
+        age = getattr(self.previous, "stats", {}).get("matrix_age")
+        if self.previous_age is None and age is not None:
+            object.__setattr__(self, "previous_age", int(age))
         object.__setattr__(self, "previous", _previous_matrix(self.previous))
         super().__post_init__()
 

@@ -293,8 +293,11 @@ PUBLISHED: Mapping[str, Mapping[str, Values]] = MappingProxyType(
                 "optimizer": _in("paper", "sections 2.3 and 2.4: three steps, nine angles each"),
                 "sample_resolution": _in(180, "section 2.4: 180 x 180 samples"),
                 "margin": _open(0.02, "section 2.4: the rectangle is grown slightly"),
-                "previous": _open(None, "section 2.3: the previous matrix is kept if a new one is "
-                                  "not much better; the frame before is given by hand"),
+                "previous": _open(None, "section 2.3: the frame before, which is given by hand"),
+                "previous_age": _open(None, "section 2.4: that of the frame before"),
+                "every": _in(3, "section 2.4: P is updated every three frames"),
+                "boundaries": _in("previous", "section 2.3: by the previous frame's map; a focused "
+                                  "one where there is none"),
             }
         },
         "cascades": {"rosen-2012": _CASCADES},

@@ -29,15 +29,22 @@ impl<S: Simd> BlockLookup<'_, S> {
         let [right, up] =
             axes_across(unit).map(|axis| self.layer.space.turned(simd, axis * radius));
         let (mut tests, mut lit) = (zero, zero);
+        let [cosine, sine] = self.turns(filter, i);
         for k in 0..filter.samples {
-            let [x, y] = point_of_disc(k, filter.samples);
+            let point = point_of_disc(k, filter.samples);
+            let weight = splat(simd, filter.weight(point));
+            let [x, y] = point.map(|part| splat(simd, part));
+            let [x, y] = match filter.is_jittered {
+                true => [x * cosine - y * sine, x * sine + y * cosine],
+                false => [x, y],
+            };
             let (place, mut counts) = match filter.is_unwarped {
                 false => {
                     let place = row.place + V2::new(radius * x, radius * y);
                     (place, self.is_on_map(place))
                 }
                 true => {
-                    let q = row.plane.q + right * splat(simd, x) + up * splat(simd, y);
+                    let q = row.plane.q + right * x + up * y;
                     let place = kind.centred_texel_from_projected(q) + centre;
                     self.warped_place(place)
                 }
@@ -52,8 +59,8 @@ impl<S: Simd> BlockLookup<'_, S> {
             }
             let (is_before, is_lit) = self.disc_test(kind, rule, row, texel);
             counts &= is_before;
-            tests += counts.select(one, zero);
-            lit += (counts & is_lit).select(one, zero);
+            tests += counts.select(weight, zero);
+            lit += (counts & is_lit).select(weight, zero);
         }
         let (is_before, is_lit) = self.disc_test(kind, rule, row, row.middle);
         let has_tests = Lane::less(zero, tests);
@@ -62,6 +69,15 @@ impl<S: Simd> BlockLookup<'_, S> {
         for lane in bits(mask_bits(row.on_map & (has_tests | is_before))) {
             self.lit[i][lane] = share[lane];
         }
+    }
+
+    /// Cosines and sines of the angles that the pixels of a row turn the disc by.
+    #[inline(always)]
+    fn turns(&self, filter: Filter, i: usize) -> [f32x8<S>; 2] {
+        let (x, y) = self.pixel;
+        let angles: [f32; LANES] =
+            std::array::from_fn(|lane| filter.turn([(x + lane) as u32, (y + i) as u32]));
+        [f32::cos, f32::sin].map(|part| f32x8::simd_from(self.simd, angles.map(part)))
     }
 
     /// Where a place of the map before the warp is after it, and whether it is on the map.

@@ -68,6 +68,8 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
         .constant("uses_triangles", comparison.triangles)
         .constant("uses_depths", comparison.depths)
         .constant("samples", filter.map_or(0, |filter| filter.samples))
-        .constant("is_unwarped", filter.is_some_and(|f| f.is_unwarped));
+        .constant("is_unwarped", filter.is_some_and(|f| f.is_unwarped))
+        .constant("is_gaussian", filter.is_some_and(|f| f.is_gaussian))
+        .constant("is_jittered", filter.is_some_and(|f| f.is_jittered));
     frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
 }
