@@ -10,7 +10,7 @@ struct Forward {
     camera_x: vec4<f32>,
     camera_y: vec4<f32>,
     camera_z: vec4<f32>,
-    // The camera in the light's projection space.
+    // The camera in the light's projection space: the eye and 1, or the way that an orthographic one looks and 0.
     eye: vec4<f32>,
     centre: vec2<f32>,                  // of the camera's image, in pixels
     image: vec2<f32>,                   // width, height in pixels
@@ -42,7 +42,8 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let q = projected_from_ray(projection, ray_from_texel(projection, place - projection.centre), depth);
     let point = vec4<f32>(q, 1.0);
     let z = dot(forward.camera_z, point);
-    let pixel = vec2<f32>(dot(forward.camera_x, point), dot(forward.camera_y, point)) / z + forward.centre;
+    let width = select(1.0, z, forward.eye.w > 0.0);
+    let pixel = vec2<f32>(dot(forward.camera_x, point), dot(forward.camera_y, point)) / width + forward.centre;
     // Desired view (5.1).
     if z <= forward.near || z > forward.far || any(pixel < vec2<f32>(0.0)) || any(pixel > forward.image) {
         return;
@@ -51,12 +52,12 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if uses_normal {
         let normal = projected_from_normal(projection, normal_of_triangle(stored.triangle));
         // In world axes: the steps take the covector back.
-        let from_eye = q - forward.eye.xyz;
+        let from_eye = select(forward.eye.xyz, q - forward.eye.xyz, forward.eye.w > 0.0);
         let world = projection.step_x.xyz * from_eye.x + projection.step_y.xyz * from_eye.y
             + projection.step_z.xyz * from_eye.z;
         cosine = abs(dot(normal, from_eye)) / max(length(world), 1e-30);
     }
-    var value = importance_of_surface(z, texel_width(projection, q), cosine, forward.normal_bonus);
+    var value = importance_of_surface(width, texel_width(projection, q), cosine, forward.normal_bonus);
     let uv = place / vec2<f32>(projection.size);
     if uses_shadow_edge {
         value *= shadow_edges[texel];

@@ -93,8 +93,13 @@ fn meets_region(receivers: Receivers, first: vec2<u32>, depths: vec2<f32>) -> bo
         // How fast each corner's ray leaves the plane.
         let along_x = dot(plane.xyz, receivers.ray_x) * vec4<f32>(low.x, high.x, low.x, high.x);
         let along_y = dot(plane.xyz, receivers.ray_y) * vec4<f32>(low.y, low.y, high.y, high.y);
-        let rates = along_x + along_y + dot(plane.xyz, receivers.ray_z);
-        let farthest = max(rates * depths.x, rates * depths.y);
+        let ahead = dot(plane.xyz, receivers.ray_z);
+        let rates = along_x + along_y + ahead;
+        let farthest = select(
+            max(rates * depths.x, rates * depths.y),
+            along_x + along_y + max(ahead * depths.x, ahead * depths.y),
+            is_orthographic,
+        );
         let side = max(max(farthest.x, farthest.y), max(farthest.z, farthest.w)) + plane.w;
         meets = meets && side >= -receivers.rounding;
     }

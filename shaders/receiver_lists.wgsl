@@ -77,7 +77,7 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         if first.x < receivers.width && row < grid.row_count {
             let receiver = load_receiver(receivers, first.x, grid.first_row + row);
             var place = pair(NOWHERE, 0u);
-            let q = grid_from_offset(grid, receiver.ray * receiver.depth);
+            let q = grid_from_offset(grid, receiver.point);
             let linear = linear_from_grid(grid, q) / size;
             let is_hit = settles && receiver.faces_light && is_settled(grid, receiver, linear);
             if receiver.faces_light && !is_hit {
@@ -176,7 +176,7 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
             let texel = first_of(known);
             if texel != NOWHERE {
                 let receiver = load_receiver(receivers, first.x, grid.first_row + row);
-                let point = receiver.ray * receiver.depth;
+                let point = receiver.point;
                 let q = grid_from_offset(grid, point);
                 let margin = margin_of_receiver(receiver, point);
                 let slot = starts[texel] + second_of(known);

@@ -33,9 +33,12 @@ struct ShadowVolumes {
     clip_x: vec3<f32>,
     far: f32,                   // length of vectors to infinity, world units
     clip_y: vec3<f32>,
-    padding0: u32,
+    // Of an orthographic camera: the volumes that a line of sight is in at last.
+    count_at_infinity: i32,
     clip_w: vec3<f32>,
-    padding1: u32,
+    padding: u32,
+    clip_offset: vec3<f32>,     // of points, to be added to x, y and w
+    more_padding: u32,
 }
 
 // A side: the edge, and how many volumes it bounds, negative where they lie to its other side.
@@ -151,13 +154,17 @@ fn begin() {
 // All faces are inside the depth range, so that they are clipped by the image alone; w is zero at infinity.
 fn clip_from_vector(volumes: ShadowVolumes, p: vec3<f32>, is_point: bool) -> vec4<f32> {
     let scaled = select(p * (volumes.far / max(length(p), 1e-30)), p, is_point);
-    let w = dot(volumes.clip_w, scaled);
-    return vec4<f32>(dot(volumes.clip_x, scaled), dot(volumes.clip_y, scaled), 0.5 * w, w);
+    var clip = vec3<f32>(dot(volumes.clip_x, scaled), dot(volumes.clip_y, scaled), dot(volumes.clip_w, scaled));
+    if is_orthographic {
+        clip += select(vec3<f32>(0.0), volumes.clip_offset, is_point);
+    }
+    return vec4<f32>(clip.xy, 0.5 * clip.z, clip.z);
 }
 
 struct CapCorner {
     @builtin(position) @invariant place: vec4<f32>,
     @location(0) @interpolate(flat) triangle: u32,
+    @location(1) depth: f32,
 }
 
 fn cap_corner(index: u32, is_dark: bool) -> CapCorner {
@@ -167,7 +174,8 @@ fn cap_corner(index: u32, is_dark: bool) -> CapCorner {
     let turned = select(index % 3u, 2u - index % 3u, side < 0);
     let p = offset_of_vertex(volumes, vertices_of_triangle(triangle)[turned]);
     let end = select(p, vector_from_light(receivers_uniform, p), is_dark);
-    var corner = CapCorner(clip_from_vector(volumes, end, !is_dark), triangle);
+    let depth = dot(receivers_uniform.ray_z, p);
+    var corner = CapCorner(clip_from_vector(volumes, end, !is_dark), triangle, depth);
     if side == 0 {
         // Outside of the image.
         corner.place = vec4<f32>(2.0, 2.0, 0.5, 1.0);
@@ -191,8 +199,9 @@ fn count_light_cap(cap: CapCorner, @builtin(front_facing) is_front: bool) {
     let pixel = place.y * receivers_uniform.width + place.x;
     let key = ~asking[pixel];
     let is_own = u32(key & NOTHING) == cap.triangle;
-    // The fourth component is one over the depth.
-    let is_nearer = 1.0 < (1.0 - NEARER) * bitcast<f32>(u32(key >> 32u)) * cap.place.w;
+    // The fourth component is one over the depth, unless the camera is orthographic.
+    let limit = (1.0 - NEARER) * bitcast<f32>(u32(key >> 32u));
+    let is_nearer = select(1.0 < limit * cap.place.w, cap.depth < limit, is_orthographic);
     if (key & NOTHING) != NOTHING && (is_own || !is_nearer) {
         atomicAdd(&counts[pixel], select(1, -1, is_front));
     }
@@ -252,8 +261,7 @@ fn count_side(side: SideCorner, @builtin(front_facing) is_front: bool) {
     let pixel = place.y * receivers.width + place.x;
     let key = ~asking[pixel];
     let xy = side.place.xy - receivers.centre;
-    let ray = receivers.ray_x * xy.x + receivers.ray_y * xy.y + receivers.ray_z;
-    let point = ray * bitcast<f32>(u32(key >> 32u));
+    let point = point_on_ray(receivers, xy, camera_ray(receivers, xy), bitcast<f32>(u32(key >> 32u)));
     let is_inside = dot(side.normal, point - side.on_plane) <= 0.0;
     // A line of sight enters a front beyond the point if the point is outside of its plane, and leaves a
     // back beyond the point if it is inside.
@@ -272,6 +280,7 @@ fn answer(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let pixel = invocation.y * receivers.width + invocation.x;
     let is_seen = visibility_buffer[pixel] != 0lu;
-    let is_lit = asking[pixel] != 0lu && atomicLoad(&counts[pixel]) <= 0;
+    let count = atomicLoad(&counts[pixel]) + shadow_volumes_uniform.count_at_infinity;
+    let is_lit = asking[pixel] != 0lu && count <= 0;
     visibility[pixel] = select(bitcast<f32>(NO_SURFACE), select(0.0, 1.0, is_lit), is_seen);
 }

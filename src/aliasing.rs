@@ -46,7 +46,7 @@ pub fn aliasing_error(
             let map = &layer.projection;
             let normal = DVec3::from(normal.map(f64::from));
             let to_light = light.vector_from_point(point).normalize();
-            let to_eye = (camera.eye - point).normalize();
+            let to_eye = -camera.sight_of(point - camera.eye).normalize();
             let size = DVec2::new(f64::from(map.width), f64::from(map.height));
             let scale = layer.warp.as_ref().map_or(DVec2::ONE, |warp| {
                 warp.scale(map.texel_from_point(point).truncate() / size)

@@ -31,9 +31,8 @@ fn corners_at(camera: &Camera, depth: f64) -> [DVec3; 4] {
     let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     let corners = [DVec2::ZERO, size * DVec2::X, size, size * DVec2::Y];
     corners.map(|corner| {
-        let image = (corner - camera.centre) / camera.focal;
-        let ray = camera.forward + camera.right * image.x - camera.up * image.y;
-        camera.eye + ray * depth
+        let (start, ray) = camera.ray_from_place(corner);
+        camera.eye + start + ray * depth
     })
 }
 

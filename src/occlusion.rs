@@ -13,16 +13,28 @@ use crate::sides::Source;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+/// How a camera sees a receiver.
+#[derive(Debug, Clone, Copy)]
+pub struct Own {
+    /// The one that it is on.
+    triangle: u32,
+    viewer: Source,
+    /// Where the camera's ray starts, relative to the eye.
+    start: DVec3,
+}
+
 /// A receiver and its ray towards the light.
 pub struct ReceiverRay<'a> {
     scene: &'a Scene,
-    eye: DVec3,
+    pub eye: DVec3,
     source: Source,
-    triangle: u32,
+    own: Option<Own>,
     /// The receiver relative to the eye.
     pub point: DVec3,
     /// The vector from the receiver to the light, of length one where that is at infinity.
     pub to_light: DVec3,
+    /// How far rounding may have moved the receiver.
+    margin: f64,
     /// Unit axes across it.
     axes: [DVec3; 2],
 }
@@ -37,10 +49,27 @@ impl<'a> ReceiverRay<'a> {
         triangle: u32,
     ) -> Self {
         let eye = camera.eye;
-        let ray = camera.ray_from_pixel(pixel % camera.width, pixel / camera.width);
+        let (start, ray) = camera.ray_from_pixel(pixel % camera.width, pixel / camera.width);
         let corners = scene.corners(triangle).map(|corner| corner - eye);
         let normal = unit_normal(corners[0], corners[1], corners[2]);
-        let point = ray * (normal.dot(nearest(corners)) / normal.dot(ray));
+        let from_start = corners.map(|corner| corner - start);
+        let point = start + ray * (normal.dot(nearest(from_start)) / normal.dot(ray));
+        let margin = FLOAT64_ROUNDING * point.length();
+        let own = Own {
+            triangle,
+            viewer: camera.source(),
+            start,
+        };
+        Self::from_point((scene, eye), light, (point, margin), Some(own))
+    }
+
+    /// Of a point relative to some eye, known to within a margin, that a camera may see.
+    pub fn from_point(
+        (scene, eye): (&'a Scene, DVec3),
+        light: &Light,
+        (point, margin): (DVec3, f64),
+        own: Option<Own>,
+    ) -> Self {
         let to_light = match light.position() {
             Some(position) => (position - eye) - point,
             None => light.vector_from_point(eye),
@@ -50,19 +79,22 @@ impl<'a> ReceiverRay<'a> {
             scene,
             eye,
             source: Source::of(light),
-            triangle,
+            own,
             point,
             to_light,
+            margin,
             axes: [x, y],
         }
     }
 
     /// Whether the light would reach the receiver if nothing lay between them.
     pub fn is_facing(&self, light: &Light) -> bool {
-        let own = self.scene.corners(self.triangle);
-        let sides = self.source.side_of(own) * Source::Point(self.eye).side_of(own);
+        let is_lit_side = |own: Own| {
+            let corners = self.scene.corners(own.triangle);
+            self.source.side_of(corners) * own.viewer.side_of(corners) > 0
+        };
         let is_in_cone = |cone: Cone| cone.depth_of(-self.to_light) >= 0.0;
-        sides > 0 && light.cone().is_none_or(is_in_cone)
+        self.own.is_none_or(is_lit_side) && light.cone().is_none_or(is_in_cone)
     }
 
     /// Whether another triangle lies between the receiver and the light. The same edge of two triangles is the
@@ -70,7 +102,7 @@ impl<'a> ReceiverRay<'a> {
     pub fn is_shadowed_by(&self, caster: u32) -> bool {
         let corners = self.scene.corners(caster);
         let relative = corners.map(|corner| (corner - self.eye) - self.point);
-        caster != self.triangle
+        self.own.is_none_or(|own| own.triangle != caster)
             && self.meets(caster, relative, self.axes)
             && self.is_behind(relative, self.source.side_of(corners))
     }
@@ -78,21 +110,23 @@ impl<'a> ReceiverRay<'a> {
     /// Whether another triangle lies before the receiver on the camera's ray. Where float32 saw a surface a
     /// hair's breadth below the first one, that does not shadow it: it is what the pixel sees.
     pub fn is_hidden_by(&self, triangle: u32) -> bool {
+        let Some(Own { viewer, start, .. }) = self.own else {
+            return false;
+        };
         let corners = self.scene.corners(triangle);
         let from_eye = corners.map(|corner| corner - self.eye);
-        let (x, y) = self.point.normalize().any_orthonormal_pair();
-        self.meets(triangle, from_eye, [x, y])
+        let (x, y) = (self.point - start).normalize().any_orthonormal_pair();
+        self.meets(triangle, from_eye.map(|corner| corner - start), [x, y])
             && self.is_behind(
                 from_eye.map(|corner| corner - self.point),
-                Source::Point(self.eye).side_of(corners),
+                viewer.side_of(corners),
             )
     }
 
     /// Whether the origin is inside of a triangle that is seen along axes, and not in one of its holes.
     fn meets(&self, triangle: u32, corners: [DVec3; 3], [x, y]: [DVec3; 2]) -> bool {
         let edges = edges_at_origin(corners, x, y);
-        let has_one_sign = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
-        has_one_sign && edges != [0.0; 3] && self.scene.is_solid(triangle, edges)
+        is_inside(edges) && self.scene.is_solid(triangle, edges)
     }
 
     /// Whether the receiver is on the other side of a triangle's plane, by more than float64 rounds. Corners are
@@ -101,9 +135,12 @@ impl<'a> ReceiverRay<'a> {
         let [a, b, c] = corners;
         let corner = nearest(corners);
         let depth = f64::from(side) * unit_normal(a, b, c).dot(corner);
-        depth > FLOAT64_ROUNDING * (corner.length() + self.point.length())
+        depth > FLOAT64_ROUNDING * corner.length() + self.margin
     }
 }
+
+/// What gives the ray of a receiver, by its column and row and the triangle that it is on.
+pub type RayOf<'a> = dyn Fn((usize, usize), u32) -> ReceiverRay<'a> + Sync + 'a;
 
 /// Puts lit pixels that one of the casters shadows into shadow, and tells how many pixels were lit and how many of them it
 /// found. `triangles` are what pixels see, negative for nothing.
@@ -139,6 +176,28 @@ pub fn facing(scene: &Scene, camera: &Camera, light: &Light, triangles: &[i32]) 
         })
     };
     pixels.map(faces).collect()
+}
+
+/// How many triangles a ray from a light's position meets, but for those in whose plane it starts.
+pub fn triangles_along(scene: &Scene, start: DVec3, direction: DVec3) -> usize {
+    let (x, y) = direction.any_orthonormal_pair();
+    let is_met = |triangle: &u32| {
+        let corners = scene.corners(*triangle);
+        let [a, b, c] = corners.map(|corner| corner - start);
+        let normal = unit_normal(a, b, c);
+        let ahead = normal.dot(nearest([a, b, c])) * normal.dot(direction);
+        is_inside(edges_at_origin([a, b, c], x, y))
+            && ahead > 0.0
+            && Source::Point(start).side_of(corners) != 0
+    };
+    let triangles = (0..scene.triangles().len() as u32).into_par_iter();
+    triangles.filter(is_met).count()
+}
+
+/// Whether the origin is on one side of all edges.
+fn is_inside(edges: [f64; 3]) -> bool {
+    let has_one_sign = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+    has_one_sign && edges != [0.0; 3]
 }
 
 /// Of a triangle that is seen along axes, the edge opposite to each corner: twice the area between it and the origin. These

@@ -302,14 +302,14 @@ impl Receiver {
         let corners = scene.corners(triangle).map(|c| c - camera.eye);
         let [a, b, c] = corners;
         let normal = unit_normal(a, b, c);
-        let height = normal.dot(nearest(corners));
+        let height = normal.dot(nearest(corners.map(|c| c - ray.origin)));
         let cosine = normal.dot(ray.direction);
         let distance = (height / cosine).max(near).min(far);
         let corner_margin = GRANTED * corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
         let extent = (b - a).length().max((c - b).length()).max((a - c).length());
         Self {
             triangle,
-            point: distance * ray.direction,
+            point: ray.origin + distance * ray.direction,
             normal: if height > 0.0 { -normal } else { normal },
             // The plane moves by the corners' margin, the point by more if the ray is oblique, but
             // it stays on the triangle.
@@ -386,8 +386,7 @@ fn shade(
     // One answer for the whole triangle: the camera and the light see the same side of it.
     let source = Source::of(light);
     let own = scene.corners(receiver.triangle);
-    let (to_light_side, to_eye_side) =
-        (source.side_of(own), Source::Point(camera.eye).side_of(own));
+    let (to_light_side, to_eye_side) = (source.side_of(own), camera.source().side_of(own));
     let facing = to_light_side * to_eye_side;
     // How far inside the light's cone the receiver is, and by how much that may change.
     let (depth_in_cone, cone_margin) = light.cone().map_or((1.0, 0.0), |cone| {
@@ -694,11 +693,11 @@ fn is_inside(corners: [DVec2; 3]) -> bool {
 fn camera_ray(camera: &Camera, pixel: usize, granted: f64) -> Ray {
     assert!(pixel < camera.pixel_count());
     let width = camera.width as usize;
-    let ray = camera.ray_from_pixel((pixel % width) as u32, (pixel / width) as u32);
+    let (start, ray) = camera.ray_from_pixel((pixel % width) as u32, (pixel / width) as u32);
     // Depths are along the camera's axis, distances along the ray.
     let length = ray.length();
     Ray::new(
-        DVec3::ZERO,
+        start,
         ray / length,
         (camera.znear * length, camera.zfar * length),
         granted,

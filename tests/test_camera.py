@@ -193,9 +193,9 @@ def test_other_peoples_cameras_are_checked():
     skewed = [[50, 1, 32], [0, 50, 24], [0, 0, 1]]
     with pytest.raises(ValueError, match=r"intrinsics must be .* without skew"):
         lx.Camera.from_intrinsics(skewed, np.eye(4), **SIZE)
-    orthographic = SimpleNamespace(xmag=1.0, ymag=1.0, znear=0.1, zfar=1.0)
-    with pytest.raises(TypeError, match="PerspectiveCamera or IntrinsicsCamera"):
-        lx.Camera.from_pyrender(orthographic, np.eye(4), **SIZE)
+    fisheye = SimpleNamespace(znear=0.1, zfar=1.0)
+    with pytest.raises(TypeError, match="PerspectiveCamera, IntrinsicsCamera or Orthographic"):
+        lx.Camera.from_pyrender(fisheye, np.eye(4), **SIZE)
     with pytest.raises(TypeError, match="pose must be given"):
         lx.Camera.from_pyrender(SimpleNamespace(yfov=1.0), **SIZE)
     with pytest.raises(TypeError, match="trimesh"):

@@ -136,7 +136,7 @@ def test_cameras_and_lights_of_a_file(path):
             "type": "perspective",
             "perspective": {"yfov": 0.7, "aspectRatio": 2.0, "znear": 0.1, "zfar": 9.0},
         },
-        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}},
+        {"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 2, "znear": 0, "zfar": 9}},
         {"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.2}},
     ]
     lights = [
@@ -146,9 +146,9 @@ def test_cameras_and_lights_of_a_file(path):
         {"type": "area", "name": "Panel"},
     ]
     document = gltf(nodes, cameras=cameras, extensions={"KHR_lights_punctual": {"lights": lights}})
-    with pytest.warns(UserWarning, match="without orthographic camera"):
+    with pytest.warns(UserWarning, match="without area light"):
         scene = lx.load(write(path, document), height=100)
-    assert list(scene.cameras) == ["Eye", "camera", "Eye_1"]
+    assert list(scene.cameras) == ["Eye", "camera", "Plan", "Eye_1"]
     eye = scene.cameras["Eye"]
     assert np.allclose(eye.eye, (2, 0, 3))
     assert np.allclose(eye.pose[:3, :3], np.eye(3))  # the scale above it is not its own
@@ -156,6 +156,10 @@ def test_cameras_and_lights_of_a_file(path):
     assert eye.yfov == pytest.approx(0.7)
     assert scene.cameras["Eye_1"].width == 178
     assert scene.cameras["Eye_1"].zfar == math.inf
+    plan = scene.cameras["Plan"]
+    assert plan.is_orthographic
+    assert (plan.width, plan.height, plan.znear, plan.zfar) == (150, 100, 0.0, 9.0)
+    assert plan.focal == (25.0, 25.0)
     assert list(scene.lights) == ["Sun", "Lamp", "Torch"]
     sun, lamp, torch = scene.lights.values()
     assert np.allclose(sun.direction, (0, -1, 0))
@@ -163,7 +167,7 @@ def test_cameras_and_lights_of_a_file(path):
     assert isinstance(torch, lx.SpotLight)
     assert np.allclose(torch.direction, (0, -1, 0))
     assert (torch.inner, torch.outer) == (0.1, 0.5)
-    assert scene.unsupported == ("orthographic camera 'Plan'", "area light 'Panel'")
+    assert scene.unsupported == ("area light 'Panel'",)
     # Meshes at and below a camera's node are there, and where they belong.
     least = sorted(scene.vertices[scene.faces].min(axis=1).tolist())
     assert np.allclose(least, [[2, 0, 3], [2, 0, 5]])

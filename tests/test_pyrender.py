@@ -99,7 +99,25 @@ def look_up(shadow_map, position, normal):
     return np.where(is_inside & ~np.isnan(clip[..., 0]), is_lit, np.nan)
 
 
-def render(pyrender, scene, camera, light):
+def test_pyrender_sees_the_same_along_parallel_rays(pyrender):
+    scene = lx.scenes.colonnade()
+    pose = lx.Camera.look_at((9, 14, 12), (0, 0, -8), yfov=1.0, width=8, height=8).pose
+    theirs = pyrender.OrthographicCamera(xmag=7.0, ymag=7.0, znear=0.5, zfar=60.0)
+    camera = lx.Camera.from_pyrender(theirs, pose, WIDTH, HEIGHT)
+    assert camera.is_orthographic
+    truth = lx.reference(scene, camera, scene.lights["default"])
+    visibility, depth, _ = render(pyrender, scene, camera, scene.lights["default"], theirs)
+    covered = truth.covered & (depth > 0)
+    # pyrender takes the values of the depth buffer, which are linear here, for a pinhole's.
+    depth[covered] = 60.5 - 0.5 * 60.0 / depth[covered]
+    assert covered.mean() > 0.5
+    assert np.mean(truth.covered != (depth > 0)) < 0.01
+    assert np.mean(~np.isclose(depth[covered], truth.depth[covered], rtol=0.01)) < 0.05
+    counted = covered & ~np.isnan(visibility)
+    assert ((visibility != truth.visibility) & counted).sum() < 0.10 * counted.sum()
+
+
+def render(pyrender, scene, camera, light, theirs=None):
     """pyrender's visibility, 1 lit, 0 in shadow, NaN where the surface is turned away from the
     light or too dark to tell; its depth, 0 where there is no surface; and its shadow map, depths
     and the matrix to its clip space, row 0 at the bottom."""
@@ -112,11 +130,10 @@ def render(pyrender, scene, camera, light):
     )
     mesh = trimesh.Trimesh(scene.vertices, scene.faces, process=False)
     stage.add(pyrender.Mesh.from_trimesh(mesh, material=material, smooth=False))
-    znear, zfar = 0.05, 500.0
-    stage.add(
-        pyrender.IntrinsicsCamera(*camera.focal, *camera.centre, znear=znear, zfar=zfar),
-        pose=camera.pose,
-    )
+    if theirs is None:
+        lens = (*camera.focal, *camera.centre)
+        theirs = pyrender.IntrinsicsCamera(*lens, znear=0.05, zfar=500.0)
+    stage.add(theirs, pose=camera.pose)
     sun = pyrender.DirectionalLight(intensity=5.0)
     node = stage.add(sun, pose=pose_along(light.direction))
     renderer = pyrender.OffscreenRenderer(camera.width, camera.height)

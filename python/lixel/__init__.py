@@ -17,6 +17,8 @@ A *lixel* is a light pixel: one texel of a shadow map. A whole example::
     truth = lx.reference(scene, camera, light)
     print(lx.compare(frame, truth))  # misclassified pixels: false lit, false shadow
 
+    lx.shadows_at(scene, points, light)  # the same of any points in space, (n, 3)
+
 Without a file at hand, `lixel.scenes` makes one::
 
     scene = lx.scenes.colonnade()
@@ -37,6 +39,7 @@ from . import scenes
 from ._core import DeviceError, __version__, clear_cache
 from .camera import Camera
 from .compare import Comparison, compare
+from .fractions import ShadowFractions, shadow_fractions
 from .frame import Frame, render, render_shadows
 from .info import Info, info
 from .lab.study import study
@@ -68,6 +71,7 @@ from .methods import (
     Uniform,
     method_from,
 )
+from .points import shadows_at
 from .reference import Reference, reference
 from .scene import Scene
 from .warps import importance_map, unwarp_points, warp_map, warp_points
@@ -104,6 +108,7 @@ __all__ = [
     "Reference",
     "Scene",
     "SceneOptimized",
+    "ShadowFractions",
     "ShadowVolumes",
     "Spot",
     "SpotLight",
@@ -119,6 +124,8 @@ __all__ = [
     "render",
     "render_shadows",
     "scenes",
+    "shadow_fractions",
+    "shadows_at",
     "study",
     "unwarp_points",
     "warp_map",

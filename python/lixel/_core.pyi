@@ -1,6 +1,6 @@
 """The compiled core: arrays in, arrays out. Use the names in `lixel`, which wrap these."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, final
 
 import numpy as np
@@ -25,6 +25,7 @@ __all__ = [
     "parameters",
     "reference",
     "render",
+    "shadows_at",
     "surface",
 ]
 
@@ -68,9 +69,10 @@ class Scene:
 
 @final
 class Camera:
-    """A validated pinhole camera.
+    """A validated camera, a pinhole or orthographic.
 
-    `focal` and `centre` are (x, y) in pixels, `size` is (width, height), `depth_range` is
+    `focal` and `centre` are (x, y) in pixels, `focal` of an orthographic camera in pixels per world
+    unit, `size` is (width, height), `depth_range` is
     (znear, zfar). `pose` is camera-to-world, (4, 4), looking along its -Z.
     """
 
@@ -81,6 +83,7 @@ class Camera:
         centre: tuple[float, float],
         size: tuple[int, int],
         depth_range: tuple[float, float],
+        is_orthographic: bool = False,
     ) -> Camera: ...
 
 @final
@@ -238,4 +241,21 @@ def device(device: str | None = None, method: str = "exact") -> dict[str, Any]:
 
     Of an adapter also its limits and the features used; of the CPU engine its lanes, its threads
     and its methods. Raises as `engine` does.
+    """
+
+def shadows_at(
+    scene: Scene,
+    points: tuple[npt.NDArray[np.float64], float],
+    normals: npt.NDArray[np.float64] | None,
+    lights: Sequence[Light],
+    threads: int | None,
+    advance: Callable[[int], object],
+    *,
+    by_rays: bool | None = None,
+) -> npt.NDArray[np.float32]:
+    """(lights, n): 1 where a light reaches a point, else 0.
+
+    `points` are (n, 3), and what may have been rounded of a coordinate, as a share of it. After
+    each piece of work `advance` is called with the number of answers. `by_rays` says whether rays
+    through the hierarchy find them, or grids of each light; None: what is expected sooner.
     """

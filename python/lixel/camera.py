@@ -1,4 +1,4 @@
-"""The camera: a pinhole that looks along its own -Z, as in glTF."""
+"""The camera: it looks along its own -Z, as in glTF, from a pinhole or along parallel rays."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Geometry(Protocol):
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
 class Camera:
-    """A pinhole camera, immutable.
+    """A camera, immutable: a pinhole, or orthographic, whose rays are parallel.
 
     Camera space is glTF's: x to the right, y up, the view along -Z. Image coordinates are in
     pixels, x to the right, y down, origin at the top left *corner*; the centre of pixel
@@ -37,9 +37,10 @@ class Camera:
     pose : (4, 4) float
         Camera-to-world: a rotation and a translation, in world units.
     yfov : float
-        Vertical angle of view in radians, in (0, pi). Give either `yfov` or `focal`.
+        Vertical angle of view in radians, in (0, pi), of a pinhole. Give either `yfov` or `focal`.
     focal : float or (2,) float
-        Focal lengths (x, y) in pixels, instead of `yfov`.
+        Focal lengths (x, y) in pixels, instead of `yfov`; of an orthographic camera pixels per
+        world unit.
     centre : (2,) float, optional
         Principal point (x, y) in image coordinates; the middle of the image if None.
     width, height : int
@@ -47,9 +48,11 @@ class Camera:
     znear : float, optional
         Surfaces nearer than this depth, in world units along the view, are not seen. If None, each
         render takes it from the scene: half of the least depth of the scene's box, but not less
-        than a billionth of the box's diagonal.
+        than a billionth of the box's diagonal, or 0 of an orthographic camera.
     zfar : float
         Surfaces beyond this depth are not seen.
+    is_orthographic : bool
+        Whether the rays are parallel; `orthographic` makes such a camera from the size of its view.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class Camera:
     height: int
     znear: float | None
     zfar: float
+    is_orthographic: bool
 
     def __init__(
         self,
@@ -82,6 +86,7 @@ class Camera:
         height: SupportsIndex,
         znear: float | None = None,
         zfar: float = math.inf,
+        is_orthographic: bool = False,
     ) -> None:
         width, height = size(width, height)
         if (yfov is None) == (focal is None):
@@ -90,6 +95,8 @@ class Camera:
                 f"got yfov {yfov!r} and focal {focal!r}"
             )
         if yfov is not None:
+            if is_orthographic:
+                raise TypeError("an orthographic camera has no yfov, give focal in pixels per unit")
             yfov = real("yfov", yfov)
             # The tangent of the least numbers above 0 is 0.
             if not (0.0 < yfov < math.pi and math.tan(0.5 * yfov) > 0.0):
@@ -104,8 +111,10 @@ class Camera:
         if not far > 0.0:
             raise ValueError(f"zfar must be greater than 0, got {far}")
         middle = (width / 2, height / 2) if centre is None else _pair("centre", centre)
-        values = (world_from_camera, _pair("focal", focal), middle, width, height, near, far, None)
-        for field, value in zip((*_FIELDS, "_compiled"), values, strict=True):
+        lens = (_pair("focal", focal), middle, width, height, near, far, bool(is_orthographic))
+        for field, value in zip(
+            (*_FIELDS, "_compiled"), (world_from_camera, *lens, None), strict=True
+        ):
             object.__setattr__(self, field, value)
         # The rest of the rules are the core's. Without a near plane, any valid one serves.
         self._with_znear(min(1.0, 0.5 * far) if near is None else near)
@@ -119,7 +128,8 @@ class Camera:
         target: npt.ArrayLike,
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
         *,
-        yfov: float,
+        yfov: float | None = None,
+        ymag: float | None = None,
         width: SupportsIndex,
         height: SupportsIndex,
         znear: float | None = None,
@@ -136,9 +146,13 @@ class Camera:
             the view.
         yfov, width, height, znear, zfar
             As for `Camera`.
+        ymag : float, optional
+            Instead of `yfov`, of an `orthographic` camera.
 
         Raises
         ------
+        TypeError
+            Not one of `yfov` and `ymag`.
         ValueError
             `eye` equals `target`, or `up` is zero or along the view.
         """
@@ -156,7 +170,73 @@ class Camera:
             )
         right = unit_vector("up", side)
         pose = pose_of(start, forward, right)
-        return cls(pose, yfov=yfov, width=width, height=height, znear=znear, zfar=zfar)
+        if (yfov is None) == (ymag is None):
+            raise TypeError(
+                "a camera takes either yfov (radians) or ymag (world units), "
+                f"got yfov {yfov!r} and ymag {ymag!r}"
+            )
+        image: dict[str, Any] = {"width": width, "height": height, "znear": znear, "zfar": zfar}
+        if ymag is not None:
+            return cls.orthographic(pose, ymag=ymag, **image)
+        return cls(pose, yfov=yfov, **image)
+
+    @classmethod
+    def orthographic(
+        cls,
+        pose: npt.ArrayLike,
+        *,
+        ymag: float | None = None,
+        xmag: float | None = None,
+        width: SupportsIndex,
+        height: SupportsIndex,
+        znear: float | None = None,
+        zfar: float = math.inf,
+    ) -> Camera:
+        """A camera whose rays are parallel, as for maps, plans and solar studies.
+
+        What is farther away is as large. Nothing behind the camera's own place is seen.
+
+        Parameters
+        ----------
+        pose : (4, 4) float
+            Camera-to-world: a rotation and a translation, in world units. The image is around it.
+        ymag, xmag : float, optional
+            Half the height and half the width of the view in world units, as glTF's and pyrender's.
+            Of one alone pixels are square.
+        width, height, znear, zfar
+            As for `Camera`; `znear` may be 0.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Neither `ymag` nor `xmag`, or one that is not positive and finite.
+
+        Examples
+        --------
+        >>> from_above = Camera.look_at((0, 9, 0), (0, 0, 0), (0, 0, -1), ymag=5, width=8, height=4)
+        >>> from_above.project([(1, 0, 0)])
+        array([[4.4, 2. , 9. ]])
+        """
+        width, height = size(width, height)
+        halves = {"xmag": (xmag, width), "ymag": (ymag, height)}
+        scales = []
+        for name, (half, pixels) in halves.items():
+            if half is not None:
+                half = real(name, half)
+                if not 0.0 < half < math.inf:
+                    raise ValueError(f"{name} must be positive and finite, got {half}")
+                scales.append(0.5 * pixels / half)
+        if not scales:
+            raise TypeError("an orthographic camera takes ymag, xmag or both, got neither")
+        return cls(
+            pose,
+            focal=(scales[0], scales[-1]),
+            width=width,
+            height=height,
+            znear=znear,
+            zfar=zfar,
+            is_orthographic=True,
+        )
 
     @classmethod
     def from_intrinsics(
@@ -201,11 +281,12 @@ class Camera:
         width: SupportsIndex = 640,
         height: SupportsIndex = 480,
     ) -> Camera:
-        """A camera of pyrender: PerspectiveCamera, IntrinsicsCamera, or a node that holds one.
+        """A camera of pyrender, or a node that holds one.
 
         Parameters
         ----------
-        camera : pyrender.PerspectiveCamera, pyrender.IntrinsicsCamera or pyrender.Node
+        camera : pyrender.PerspectiveCamera, IntrinsicsCamera, OrthographicCamera or Node
+            Of an orthographic one pyrender takes `ymag`, and `xmag` from the shape of the image.
         pose : (4, 4) float, optional
             Camera-to-world. A node alone gives its own matrix; where it has a parent, pass
             ``scene.get_pose(node)``.
@@ -215,7 +296,7 @@ class Camera:
         Raises
         ------
         TypeError
-            Another kind of camera (an orthographic one has no pinhole), or no pose.
+            Another kind of camera, or no pose.
         """
         held = getattr(camera, "camera", None)
         if held is not None:
@@ -230,10 +311,12 @@ class Camera:
         if hasattr(camera, "fx"):
             intrinsics = [[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]]
             return cls.from_intrinsics(intrinsics, pose, width, height, **depths)
+        if hasattr(camera, "ymag"):
+            return cls.orthographic(pose, ymag=camera.ymag, width=width, height=height, **depths)
         if not hasattr(camera, "yfov"):
             raise TypeError(
-                "camera must be a pyrender PerspectiveCamera or IntrinsicsCamera, "
-                f"got {type(camera).__name__}"
+                "camera must be a pyrender PerspectiveCamera, IntrinsicsCamera or "
+                f"OrthographicCamera, got {type(camera).__name__}"
             )
         made = cls(pose, yfov=camera.yfov, width=width, height=height, **depths)
         aspect = getattr(camera, "aspectRatio", None)
@@ -282,8 +365,8 @@ class Camera:
         return cls.from_intrinsics(camera.K, pose, width, height, znear=znear, zfar=zfar)
 
     def resized(self, width: SupportsIndex, height: SupportsIndex) -> Camera:
-        """The same camera with another image size: the vertical angle of view and the shape of a
-        pixel stay, the horizontal angle follows."""
+        """The same camera with another image size: the vertical extent of the view and the shape of
+        a pixel stay, the horizontal extent follows."""
         width, height = size(width, height)
         scale = height / self.height
         focal = (self.focal[0] * scale, self.focal[1] * scale)
@@ -309,17 +392,26 @@ class Camera:
 
     @property
     def eye(self) -> npt.NDArray[np.float64]:
-        """(3,) float64: the pinhole in world space."""
+        """(3,) float64: the pinhole in world space; where an orthographic camera is."""
         return np.array(self.pose[:3, 3])
 
     @property
     def yfov(self) -> float:
-        """Vertical angle of view in radians, of an image centred on the axis."""
+        """Vertical angle of view in radians, of an image centred on the axis; 0 if orthographic."""
+        if self.is_orthographic:
+            return 0.0
         return 2.0 * math.atan(0.5 * self.height / self.focal[1])
+
+    def sights_of(self, points: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+        """Along the rays that see points in world space, (..., 3) each, of any length."""
+        if self.is_orthographic:
+            return np.broadcast_to(-self.pose[:3, 2], points.shape)
+        return points - self.eye
 
     @property
     def intrinsics(self) -> npt.NDArray[np.float64]:
-        """(3, 3) float64: ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`` in pixels."""
+        """(3, 3) float64: ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`` in pixels; of an orthographic
+        camera it takes (x, y, 1) to the image."""
         (fx, fy), (cx, cy) = self.focal, self.centre
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
@@ -344,9 +436,10 @@ class Camera:
             The message names the argument, the rule and the value.
         """
         x, y, z = ((reals("points", points, "N", 3) - self.eye) @ self.pose[:3, :3]).T
-        depth = np.where(z < 0.0, -z, np.nan)
-        column = self.centre[0] + self.focal[0] * x / depth
-        row = self.centre[1] - self.focal[1] * y / depth
+        # What is divided by: of parallel rays nothing, but behind the camera there is no image.
+        width = np.where(z < 0.0, 1.0 if self.is_orthographic else -z, np.nan)
+        column = self.centre[0] + self.focal[0] * x / width
+        row = self.centre[1] - self.focal[1] * y / width
         return np.stack([column, row, -z], axis=1)
 
     def _key(self) -> tuple[Any, ...]:
@@ -364,7 +457,8 @@ class Camera:
             f"Camera({self.pose.tolist()}, focal={self.focal}, centre={self.centre}, "
             f"width={self.width}, height={self.height}, znear={self.znear}, "
             # repr of an infinite float is no expression
-            f"zfar={'math.inf' if math.isinf(self.zfar) else self.zfar})"
+            f"zfar={'math.inf' if math.isinf(self.zfar) else self.zfar}"
+            f"{', is_orthographic=True' if self.is_orthographic else ''})"
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -381,14 +475,20 @@ class Camera:
         low, high = scene.bounds
         forward = -self.pose[:3, 2]
         nearest = float(np.minimum((low - self.eye) * forward, (high - self.eye) * forward).sum())
-        znear = max(0.5 * nearest, 1e-9 * float(np.linalg.norm(high - low)), 1e-30)
+        least = max(1e-9 * float(np.linalg.norm(high - low)), 1e-30)
+        znear = max(0.5 * nearest, 0.0 if self.is_orthographic else least)
         return min(znear, 0.5 * self.zfar)
 
     def _with_znear(self, znear: float) -> _core.Camera:
         compiled: tuple[float, _core.Camera] | None = self.__dict__["_compiled"]
         if compiled is None or compiled[0] != znear:
             camera = _core.Camera(
-                self.pose, self.focal, self.centre, (self.width, self.height), (znear, self.zfar)
+                self.pose,
+                self.focal,
+                self.centre,
+                (self.width, self.height),
+                (znear, self.zfar),
+                self.is_orthographic,
             )
             compiled = (znear, camera)
             # The same object for the same scene, so that the core knows what it has seen.

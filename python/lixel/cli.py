@@ -32,6 +32,7 @@ from .lab import (
     rankings,
     stress,
     study,
+    sun_hours,
 )
 from .lab.options import (
     SCENE_HELP,
@@ -68,10 +69,10 @@ class Command(NamedTuple):
     device: str | None = None
 
     @classmethod
-    def of(cls, module: ModuleType, device: str | None = None) -> Command:
+    def of(cls, module: ModuleType, device: str | None = None, *, renders: bool = True) -> Command:
         """That of a module, whose docstring begins with the line."""
         line = (module.__doc__ or "").split("\n\n")[0]
-        return cls(line, module.add_arguments, module.run, device=device)
+        return cls(line, module.add_arguments, module.run, renders, device)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -229,5 +230,6 @@ LAB: Mapping[str, Command] = {
     "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
     "calibration": Command.of(calibration, device="gpu"),
+    "sun_hours": Command.of(sun_hours, renders=False),
 }
 """Each is the module of its name in `lixel.lab`."""

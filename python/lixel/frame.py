@@ -139,9 +139,9 @@ class Frame(Receivers):
         normal = self.normal[covered]
         points = self.position[covered]
         to_light = self.light.vectors_from(points)
-        to_eye = self.camera.eye - points
+        sight = self.camera.sights_of(points)
         lit = np.nan_to_num(self.visibility[covered]) * np.clip(_cosine(normal, to_light), 0.0, 1.0)
-        shade = 0.45 + 0.25 * np.abs(_cosine(normal, to_eye)) + 0.3 * lit
+        shade = 0.45 + 0.25 * np.abs(_cosine(normal, sight)) + 0.3 * lit
         picture[covered] = (picture[covered] * shade[:, None] + 0.5).astype(np.uint8)
         return picture
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .arguments import count
 from .files import dae, gltf, obj, off, others, ply, stl
 from .files.contents import Contents, Part, words_of
-from .scene import Scene, joined
+from .scene import Scene, joined, labels_of_parts
 
 Up: TypeAlias = Literal["y", "z"]
 
@@ -88,6 +88,10 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
         raise ValueError(
             f"path must be a {suffix} file with triangles, got {str(file)!r}: {words_of(error)}"
         ) from error
+    counts = [len(part.faces) for part in parts]
+    scene.objects, scene.object_id = labels_of_parts([part.name for part in parts], counts)
+    materials = ["" if part.material is None else str(part.material) for part in parts]
+    scene.materials, scene.material_id = labels_of_parts(materials, counts)
     scene.cameras, scene.lights = contents.cameras, contents.lights
     scene.unsupported = tuple(contents.unsupported)
     if scene.unsupported:

@@ -78,6 +78,12 @@ class Receivers:
         return self._surface[2]
 
     @property
+    def object_id(self) -> npt.NDArray[np.int32]:
+        """(H, W) int32: which of the scene's `objects` is seen, -1 where none is."""
+        # The last one, -1, is that of no triangle.
+        return np.append(self.scene.object_id, np.int32(-1))[self.triangle_id]
+
+    @property
     def covered(self) -> npt.NDArray[np.bool_]:
         """(H, W) bool: where a surface is seen."""
         return self.triangle_id >= 0

@@ -37,6 +37,10 @@ class Scene:
         The images that say where the holes are.
     face_alpha : (m,) int, optional
         Which of them a face has, -1 where it is opaque; without it all faces have the only one.
+    object_id : (m,) int, optional
+        Which object each triangle is of, counted from 0. None: all are of one.
+    objects : sequence of str, optional
+        Names of the objects. None: ``"object 0"`` and so on.
 
     Attributes
     ----------
@@ -44,6 +48,13 @@ class Scene:
         Cameras that came with the scene, by name; yours to change.
     lights : dict of str to Light
         Lights that came with the scene, by name; yours to change.
+    objects : tuple of str
+        Names of objects: of glTF's and trimesh's nodes, and of an OBJ file's groups. What has the
+        same name is one object.
+    object_id : (m,) int32
+        Which of them each triangle is of.
+    materials, material_id
+        The same of materials, by their names or numbers in the file.
     unsupported : tuple of str
         What the file holds and lixel does not render yet, for example ``"point light 'Lamp'"``.
 
@@ -65,6 +76,10 @@ class Scene:
     cameras: dict[str, Camera]
     lights: dict[str, Light]
     unsupported: tuple[str, ...]
+    objects: tuple[str, ...]
+    object_id: npt.NDArray[np.int32]
+    materials: tuple[str, ...]
+    material_id: npt.NDArray[np.int32]
 
     def __init__(
         self,
@@ -74,11 +89,14 @@ class Scene:
         uv: npt.ArrayLike | None = None,
         alpha: AlphaMask | Sequence[AlphaMask] | None = None,
         face_alpha: npt.ArrayLike | None = None,
+        object_id: npt.ArrayLike | None = None,
+        objects: Sequence[str] | None = None,
     ) -> None:
         positions = reals("vertices", vertices, "n", 3)
         triangles = _indices(faces, len(positions))
         masks = masks_of_arrays(triangles, len(positions), uv, alpha, face_alpha)
         self._set(positions, triangles, masks)
+        self.objects, self.object_id = _labels(object_id, objects, self.triangle_count)
 
     def _set(
         self,
@@ -88,6 +106,8 @@ class Scene:
     ) -> None:
         self._core = _core.Scene(vertices, faces, masks.of_core() if masks else None)
         self._masks = masks if self._core.masked_count else None
+        self.objects, self.object_id = _labels(None, None, self.triangle_count)
+        self.materials, self.material_id = ("",), np.zeros(self.triangle_count, np.int32)
         self._generation = 0
         self.cameras = {}
         self.lights = {}
@@ -140,6 +160,7 @@ class Scene:
         parts: list[Mesh] = []
         masks: list[PartMask | None] = []
         masks_of_meshes = TrimeshMasks()
+        nodes: list[str] = []
         for node in mesh.graph.nodes_geometry:
             world_from_node, name = mesh.graph[node]
             part = mesh.geometry[name]
@@ -150,9 +171,12 @@ class Scene:
                 positions = positions @ world_from_node[:3, :3].T + world_from_node[:3, 3]
             parts.append((positions, part.faces))
             masks.append(masks_of_meshes.of_mesh(part))
+            nodes.append(str(node))
         if not parts:
             raise ValueError("mesh must hold at least one triangle, got a scene with none")
         scene = joined(parts, masks)
+        counts = [len(np.asarray(faces)) for _, faces in parts]
+        scene.objects, scene.object_id = labels_of_parts(nodes, counts)
         if mesh.has_camera:
             scene.cameras[str(mesh.camera.name)] = Camera.from_trimesh(mesh)
         return scene
@@ -253,6 +277,36 @@ def joined(parts: Iterable[Mesh], masks: Sequence[PartMask | None] = ()) -> Scen
     counted = [(len(f), mask) for f, mask in zip(faces, masks, strict=bool(masks))]
     found = masks_of_parts(counted)
     return Scene(positions, triangles) if found is None else Scene._of(positions, triangles, found)
+
+
+def labels_of_parts(
+    names: Sequence[str], counts: Sequence[int]
+) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
+    """The names of parts, each once, and the number of its own for each triangle."""
+    known = {name: number for number, name in enumerate(dict.fromkeys(names))}
+    return tuple(known), np.repeat(np.array([known[name] for name in names], np.int32), counts)
+
+
+def _labels(
+    ids: npt.ArrayLike | None, names: Sequence[str] | None, triangle_count: int
+) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
+    if ids is None:
+        if names is not None and len(names) != 1:
+            raise ValueError(f"objects without object_id must be one name, got {len(names)}")
+        return tuple(names or ("object 0",)), np.zeros(triangle_count, np.int32)
+    numbers = array_of(INTEGER, "object_id", ids, ("m",))
+    if len(numbers) != triangle_count:
+        raise ValueError(
+            f"object_id must be one for each of {triangle_count} faces, got {len(numbers)}"
+        )
+    end = 2**31 if names is None else len(names)
+    bad = (numbers < 0) | (numbers >= end)
+    if bad.any():
+        row = int(bad.argmax())
+        raise ValueError(f"object_id must be from 0 to {end - 1}: row {row} is {numbers[row]}")
+    if names is None:
+        names = [f"object {i}" for i in range(int(numbers.max()) + 1)]
+    return tuple(map(str, names)), numbers.astype(np.int32)
 
 
 def _point(p: npt.NDArray[np.float64]) -> str:

@@ -95,7 +95,7 @@ fn is_out_of_depth(projection: Projection, depths: vec2<f32>) -> bool {
     if !culls_by_depth {
         return false;
     }
-    return depths.x > projection.z_max || clamp_to_nearest(depths.y, projection.z_min) < projection.z_min;
+    return depths.x > projection.z_max || clamp_to_nearest(depths.y, projection.z_floor) < projection.z_min;
 }
 
 // Where the edges cross a line along an axis, as lines place = slope * across + offset: those that
@@ -162,7 +162,7 @@ fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
 
 // Draws a texel that the caster covers, where its ray meets it in the range of depths and not in a hole.
 fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
-    let z = clamp_to_nearest(depth_of_caster(projection, caster, ray), projection.z_min);
+    let z = clamp_to_nearest(depth_of_caster(projection, caster, ray), projection.z_floor);
     let is_in_range = z >= projection.z_min && z <= projection.z_max;
     if is_in_range && is_solid(id, edges_at(caster.triangle, ray)) {
         store_texel(u32(texel.y) * projection.size.x + u32(texel.x), stored_depth(projection, z), id);

@@ -13,13 +13,14 @@ fn cell_at(place: f32, cells: u32) -> u32 {
     return min(u32(clamp(place, 0.0, 1.0) * f32(cells)), cells - 1u);
 }
 
-// Distance to the eye (5.2): a sphere's image is proportional to 1 / depth. A warp adds to the density of texels that
+// Distance to the eye (5.2): a sphere's image is proportional to 1 / depth, or to 1 of an orthographic camera: one over the
+// width of the image there. A warp adds to the density of texels that
 // the fit before it has given, so what is important is the width of the fit's texels against that image. The surface's normal (5.4), turned
 // towards the camera, by the cosine between it and the ray.
-fn importance_of_surface(depth: f32, texel_width: f32, cosine: f32, normal_bonus: f32) -> f32 {
+fn importance_of_surface(image_width: f32, texel_width: f32, cosine: f32, normal_bonus: f32) -> f32 {
     var value = 1.0;
     if uses_distance {
-        value = texel_width / depth;
+        value = texel_width / image_width;
     }
     if uses_normal {
         value *= 1.0 + normal_bonus * cosine;

@@ -86,7 +86,7 @@ override culls_hidden: bool = false;
 fn depths_in_box(projection: Projection, triangle: Triangle, box: Box) -> vec2<f32> {
     let depths = depths_on_plane_in_box(projection, triangle.plane, box.middle, box.reach);
     let clamped = clamp(depths, vec2<f32>(triangle.depths.x), vec2<f32>(triangle.depths.y));
-    return vec2<f32>(clamp_to_nearest(clamped.x, projection.z_min), clamp_to_nearest(clamped.y, projection.z_min));
+    return vec2<f32>(clamp_to_nearest(clamped.x, projection.z_floor), clamp_to_nearest(clamped.y, projection.z_floor));
 }
 
 // Notes that nothing is seen behind a triangle in a tile, all of which lies in the box, if it covers the box.

@@ -23,7 +23,7 @@ struct Projection {
     size: vec2<u32>,            // width, height in texels
     scale: vec2<f32>,           // texels per unit of a paraboloid's plane
     convergence: f32,           // of rays that are nearly parallel: one over how far before the origin they meet
-    padding: u32,
+    z_floor: f32,               // casters that are nearer are drawn here, of rays without an origin
     // World vectors of a unit step along each axis of projection space.
     step_x: vec4<f32>,
     step_y: vec4<f32>,

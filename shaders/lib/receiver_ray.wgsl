@@ -27,7 +27,7 @@ fn margin_of_receiver(receiver: Receiver, point: vec3<f32>) -> f32 {
 }
 
 fn ray_of_receiver(receiver: Receiver, is_local: bool) -> ReceiverRay {
-    let point = receiver.ray * receiver.depth;
+    let point = receiver.point;
     let to_light = -receiver.from_light;
     let distance = length(to_light);
     let z = to_light / distance;

@@ -4,7 +4,8 @@
 #import lib/rounding
 
 struct Receivers {
-    // The camera's rays in world axes: ray(x, y) = ray_x * x + ray_y * y + ray_z in centred pixels.
+    // The camera's rays in world axes: ray(x, y) = ray_x * x + ray_y * y + ray_z in centred pixels, times the depth. Of an
+    // orthographic camera only the last term is.
     ray_x: vec3<f32>,
     width: u32,
     ray_y: vec3<f32>,
@@ -46,6 +47,9 @@ struct Receivers {
 override has_cone: bool = false;
 override has_region: bool = false;
 
+// Whether the camera's rays are parallel.
+override is_orthographic: bool = false;
+
 struct Receiver {
     is_seen: bool,
     // Whether it is to be tested: it faces the light, is in its cone and in the layer's region.
@@ -54,6 +58,7 @@ struct Receiver {
     q: vec3<f32>,               // position in the light's projection space
     normal: vec3<f32>,          // unit, in world axes, by the triangle's winding
     ray: vec3<f32>,             // from the camera, 1 along its viewing direction
+    point: vec3<f32>,           // in world axes relative to the eye
     from_light: vec3<f32>,      // in world axes; a unit vector where the light is at infinity
     depth: f32,                 // along the viewing direction
     triangle: u32,
@@ -72,6 +77,22 @@ fn depth_in_cone(receivers: Receivers, from_eye: vec3<f32>) -> f32 {
     return receivers.cone_at_eye + receivers.cone_sine * along - receivers.cone_cosine * aside;
 }
 
+// The camera's ray at a centred place of the image, 1 along the viewing direction.
+fn camera_ray(receivers: Receivers, place: vec2<f32>) -> vec3<f32> {
+    if is_orthographic {
+        return receivers.ray_z;
+    }
+    return receivers.ray_x * place.x + receivers.ray_y * place.y + receivers.ray_z;
+}
+
+// The point on it at a depth, relative to the eye.
+fn point_on_ray(receivers: Receivers, place: vec2<f32>, ray: vec3<f32>, depth: f32) -> vec3<f32> {
+    if is_orthographic {
+        return receivers.ray_x * place.x + receivers.ray_y * place.y + ray * depth;
+    }
+    return ray * depth;
+}
+
 // `column` and `row` of a pixel inside the image.
 fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
     let pixel = row * receivers.width + column;
@@ -82,9 +103,9 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
     if receiver.is_seen {
         let normal = normal_of_triangle(triangle);
         let xy = vec2<f32>(f32(column), f32(row)) + 0.5 - receivers.centre;
-        let ray = receivers.ray_x * xy.x + receivers.ray_y * xy.y + receivers.ray_z;
+        let ray = camera_ray(receivers, xy);
         let z = bitcast<f32>(u32(key >> 32u));
-        let from_eye = ray * z;
+        let from_eye = point_on_ray(receivers, xy, ray, z);
         let from_light = receivers.from_light + receivers.is_local * from_eye;
         // The camera and the light see the same side of the triangle.
         let side = light_side(triangle);
@@ -108,10 +129,11 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
             );
             receiver.faces_light = receiver.faces_light && all(sides >= vec4<f32>(0.0));
         }
-        let q = vec4<f32>(xy * z, z, 1.0);
+        let q = vec4<f32>(select(xy * z, xy, is_orthographic), z, 1.0);
         receiver.q = vec3<f32>(dot(receivers.light_x, q), dot(receivers.light_y, q), dot(receivers.light_z, q));
         receiver.normal = normal;
         receiver.ray = ray;
+        receiver.point = from_eye;
         receiver.from_light = from_light;
         receiver.depth = z;
         receiver.triangle = triangle;

@@ -132,7 +132,7 @@ fn bin(invocation: Invocation) {
         let bound = bound_from_extent(projection, warp, extent);
         let size = bound.last - bound.first + 1;
         let depths = depths_of_triangle(corners.a, corners.b, corners.c);
-        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_min));
+        let nearest = stored_depth(projection, clamp_to_nearest(depths.x, projection.z_floor));
         if is_out_of_depth(projection, depths) {
             behind += 1u;
         } else if min(size.x, size.y) <= 0 {

@@ -196,7 +196,7 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
     return greatest.x + greatest.y + edge.z + slack;
 }
 
-fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
+fn clamp_to_nearest(z: f32, z_floor: f32) -> f32 {
     return z;
 }
 

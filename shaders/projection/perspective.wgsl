@@ -130,7 +130,7 @@ fn greatest_of_edge(projection: Projection, edge: vec3<f32>, middle: vec2<f32>, 
 }
 
 // What is nearer than the near plane is not seen.
-fn clamp_to_nearest(z: f32, z_min: f32) -> f32 {
+fn clamp_to_nearest(z: f32, z_floor: f32) -> f32 {
     return z;
 }
 

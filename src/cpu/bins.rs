@@ -124,8 +124,8 @@ impl Sorter<'_> {
             Cover::Whole => (1.0, 0.0),
         };
         let (far, near) = view.seen;
-        let sure_near = splat(simd, (near * 0.999_999) as f32);
-        let sure_far = splat(simd, (far * 1.000_001) as f32);
+        let sure_near = splat(simd, (near * (1.0 - 1e-6 * near.signum())) as f32);
+        let sure_far = splat(simd, (far * (1.0 + 1e-6 * far.signum())) as f32);
         for (places, count) in eights(range) {
             let mut ids = [0; LANES];
             for (id, place) in ids.iter_mut().zip(places) {

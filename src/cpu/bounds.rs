@@ -5,11 +5,13 @@ use super::lanes::{LANES, Simd, dispatch, f32x16, f64x8, level};
 use super::light_grid::{CELL, GRID, LightGrid};
 use super::light_space::LightSpace;
 use super::rasterize::{NONE, rasterize};
-use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
+use super::receivers::{
+    BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, faces_around,
+};
 use super::shapes::{Corners, Shapes};
 use super::tiles::{BLOCK, TILE, Tiling};
 use super::view::{Nearness, Place, View};
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::fits::central::turned_cube_faces;
 use crate::light::Light;
 use crate::scene::Scene;
@@ -145,12 +147,16 @@ fn a_triangle_is_seen_between_the_near_plane_and_the_far_one() {
     let mut counts = [0; 3];
     for _ in 0..2_000 {
         let scene = triangles(&mut random, 1);
-        let camera = camera(&mut random, (64, 48), (0.5, 2.0));
+        let rays = [Rays::Perspective, Rays::Orthographic][random.below(2)];
+        let camera = Camera {
+            rays,
+            ..camera(&mut random, (64, 48), (0.5, 2.0))
+        };
         let view = View::of_camera(&camera);
         let pixel = [random.below(64) as u32, random.below(48) as u32];
         // The ray meets the plane at that depth.
-        let ray = camera.ray_from_pixel(pixel[0], pixel[1]);
-        let [a, b, c] = scene.corners(0).map(|corner| corner - camera.eye);
+        let (start, ray) = camera.ray_from_pixel(pixel[0], pixel[1]);
+        let [a, b, c] = scene.corners(0).map(|corner| corner - camera.eye - start);
         let normal = (b - a).cross(c - a);
         let depth = normal.dot(a) / normal.dot(ray);
         let point = ray * depth;
@@ -158,7 +164,10 @@ fn a_triangle_is_seen_between_the_near_plane_and_the_far_one() {
         let is_met = sides.iter().all(|&side| side > 0.0);
         let middle = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
         let found = view.nearness_at(&scene, middle, 0);
-        let expected = (is_met && (0.5..2.0).contains(&depth)).then_some(1.0 / depth);
+        let expected = (is_met && (0.5..2.0).contains(&depth)).then_some(match rays {
+            Rays::Perspective => 1.0 / depth,
+            Rays::Orthographic => -depth,
+        });
         match (found, expected) {
             (Some(found), Some(expected)) => {
                 assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
@@ -426,7 +435,7 @@ fn check_blocks<S: Simd>(simd: S, receivers: &Receivers) -> [usize; 2] {
                 assert!(off.abs() <= 1e-4 * (1.0 + expected.abs()), "{x} {y}: {off}");
             }
             if receivers.light.position().is_some() {
-                let faces = receivers.faces(simd, &block.points[i]);
+                let faces = faces_around(simd, receivers.light_at, &block.points[i]);
                 let faces = faces.map(|face| face >> j & 1 == 1);
                 check_face(&faces, -ray.to_light);
             }

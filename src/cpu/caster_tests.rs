@@ -11,13 +11,16 @@ use super::lanes::{
 use super::light_grid::{
     CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
 };
-use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
+use super::receivers::{
+    BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, faces_around,
+};
 use super::shapes::{Corners, Shapes};
 use super::tiles::BLOCK;
 use super::view::View;
+use crate::occlusion::RayOf;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// A grid, and where it sees points from the eye.
 pub type SeenGrid = (LightGrid, ViewFromEye);
@@ -26,7 +29,7 @@ pub type SeenGrid = (LightGrid, ViewFromEye);
 #[inline(always)]
 pub fn masks_of_views<S: Simd>(
     simd: S,
-    receivers: &Receivers,
+    light_at: DVec3,
     block: &BlockReceivers<S>,
     count: usize,
 ) -> [[u32; BLOCK]; 6] {
@@ -37,7 +40,7 @@ pub fn masks_of_views<S: Simd>(
     }
     for (i, &facing) in block.facing.iter().enumerate() {
         if facing != 0 {
-            let faces = receivers.faces(simd, &block.points[i]);
+            let faces = faces_around(simd, light_at, &block.points[i]);
             for (masks, face) in masks.iter_mut().zip(faces) {
                 masks[i] = face & facing;
             }
@@ -46,12 +49,17 @@ pub fn masks_of_views<S: Simd>(
     masks
 }
 
-/// What receivers are tested against.
+/// What receivers are tested against: grids of each view.
 pub struct Tests<'a> {
-    pub receivers: &'a Receivers<'a>,
+    pub scene: &'a Scene,
+    /// Receivers are relative to it, and so is the light's position, or the way to it.
+    pub eye: DVec3,
+    pub light_at: DVec3,
     pub views: &'a [View],
-    /// Of each view.
     pub grids: &'a [Vec<SeenGrid>],
+    pub ray: &'a RayOf<'a>,
+    /// Whether a certain hit is one. It is not where receivers are less well known than float32 rounds.
+    pub trusts_hits: bool,
 }
 
 /// The receivers of a block, and where a grid sees them.
@@ -60,7 +68,7 @@ struct InGrid<'a, S: Simd> {
     grid: &'a LightGrid,
     block: &'a BlockReceivers<S>,
     places: &'a BlockPlaces<S>,
-    /// The block's first pixel.
+    /// The block's first pixel, or point.
     pixel: (usize, usize),
 }
 
@@ -105,11 +113,12 @@ impl Tests<'_> {
     pub fn answer_tile<S: Simd>(
         &self,
         simd: S,
+        receivers: &Receivers,
         tile: usize,
         rows: &mut [&mut [f32]],
         known: &mut Known,
     ) -> [Extent; 6] {
-        let corner = self.receivers.image.tiling.corner(tile);
+        let corner = receivers.image.tiling.corner(tile);
         let mut block = BlockReceivers::none(simd);
         let mut places = BlockPlaces::none(simd);
         let mut beside = [Extent::EMPTY; 6];
@@ -117,41 +126,42 @@ impl Tests<'_> {
             for x in (0..rows[0].len()).step_by(BLOCK) {
                 let pixel = (corner.0 + x, corner.1 + i * BLOCK);
                 let lit =
-                    match self
-                        .receivers
-                        .block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block)
-                    {
-                        true => self.lit(simd, pixel, &block, &mut places, &mut beside, known),
+                    match receivers.block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block) {
+                        true => {
+                            let (lit, left) = self.lit(simd, pixel, &block, &mut places, known);
+                            self.add_extents(simd, &block, &left, &mut places, &mut beside);
+                            lit
+                        }
                         false => [0; BLOCK],
                     };
-                let image = self.receivers.image;
-                image.write(rows, x, pixel, |i, j| (lit[i] >> j & 1) as f32);
+                receivers
+                    .image
+                    .write(rows, x, pixel, |i, j| (lit[i] >> j & 1) as f32);
             }
         }
         beside
     }
 
-    /// Which receivers of a block are lit, as far as they fall in a grid.
+    /// Which receivers of a block are lit, as far as they fall in a grid, and of each view those that fall in none.
     #[inline(always)]
-    fn lit<S: Simd>(
+    pub fn lit<S: Simd>(
         &self,
         simd: S,
         pixel: (usize, usize),
         block: &BlockReceivers<S>,
         places: &mut BlockPlaces<S>,
-        beside: &mut [Extent; 6],
         known: &mut Known,
-    ) -> [u32; BLOCK] {
+    ) -> ([u32; BLOCK], [[u32; BLOCK]; 6]) {
         let mut lit = [0; BLOCK];
-        let masks = masks_of_views(simd, self.receivers, block, self.views.len());
+        let mut masks = masks_of_views(simd, self.light_at, block, self.views.len());
         for (face, grids) in self.grids.iter().enumerate() {
-            let mut left = masks[face];
+            let left = &mut masks[face];
             for (grid, view) in grids {
-                if left == [0; BLOCK] {
+                if *left == [0; BLOCK] {
                     break;
                 }
-                view.places(simd, block, &left, places);
-                let within = within_grid(simd, places, &left);
+                view.places(simd, block, left, places);
+                let within = within_grid(simd, places, left);
                 let seen = InGrid {
                     grid,
                     block,
@@ -164,13 +174,26 @@ impl Tests<'_> {
                     left[i] &= !within[i];
                 }
             }
-            if left != [0; BLOCK] {
-                let view = ViewFromEye::new(&self.views[face], self.receivers.eye);
-                view.places(simd, block, &left, places);
-                beside[face].add(simd, places, &left);
+        }
+        (lit, masks)
+    }
+
+    /// Adds to the extents of each view the receivers that are left of a block.
+    #[inline(always)]
+    fn add_extents<S: Simd>(
+        &self,
+        simd: S,
+        block: &BlockReceivers<S>,
+        left: &[[u32; BLOCK]; 6],
+        places: &mut BlockPlaces<S>,
+        extents: &mut [Extent; 6],
+    ) {
+        for ((view, left), extent) in self.views.iter().zip(left).zip(extents) {
+            if *left != [0; BLOCK] {
+                ViewFromEye::new(view, self.eye).places(simd, block, left, places);
+                extent.add(simd, places, left);
             }
         }
-        lit
     }
 
     /// Which of the receivers are in shadow.
@@ -225,7 +248,7 @@ impl Tests<'_> {
                 let group = &cell.groups[head.ids[place] as usize];
                 let met = group.meets(simd, in_cell.sides, in_cell.limit);
                 if met != 0 {
-                    let known = known.get(simd, self.receivers.scene, seen.grid, group, in_cell);
+                    let known = known.get(simd, self.scene, seen.grid, group, in_cell);
                     self.test_group(simd, seen, (group, known), met, in_cell);
                     if in_cell.limit == f32::INFINITY {
                         return;
@@ -244,7 +267,7 @@ impl Tests<'_> {
         met: u32,
         in_cell: &mut InCell<S>,
     ) {
-        let (grid, scene) = (seen.grid, self.receivers.scene);
+        let (grid, scene) = (seen.grid, self.scene);
         for lane in bits(met & known.unset) {
             known.set_wide(lane, scene, grid, group.ids[lane], in_cell.origin);
         }
@@ -277,7 +300,7 @@ impl Tests<'_> {
         in_cell: &mut InCell<S>,
     ) -> bool {
         let mut has_changed = false;
-        let holes = seen.holes(self.receivers.scene, id, in_cell.origin);
+        let holes = seen.holes(self.scene, id, in_cell.origin);
         // Two rows at once; what is asked of one is true of the other.
         for row in bits((rows | rows >> 1) & 0x55) {
             let pair = row / 2;
@@ -301,10 +324,10 @@ impl Tests<'_> {
             };
             let ids = &seen.block.ids.as_flattened()[row * LANES..][..2 * LANES];
             let others = left & !own_lanes(simd, ids, id);
-            let mut shadowed = hit & others;
-            for i in bits(maybe & others & !hit) {
+            let mut shadowed = if self.trusts_hits { hit & others } else { 0 };
+            for i in bits((hit | maybe) & others & !shadowed) {
                 let at = (seen.pixel.0 + i % LANES, seen.pixel.1 + row + i / LANES);
-                if self.receivers.ray(at, ids[i]).is_shadowed_by(id) {
+                if (self.ray)(at, ids[i]).is_shadowed_by(id) {
                     shadowed |= 1 << i;
                 }
             }

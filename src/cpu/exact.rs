@@ -60,13 +60,16 @@ pub fn exact(
         timings[1].1 += milliseconds(start);
         let start = Instant::now();
         let tests = Tests {
-            receivers: &receivers,
+            scene,
+            eye: receivers.eye,
+            light_at: receivers.light_at,
             views: &views,
             grids: &grids,
+            ray: &|pixel, triangle| receivers.ray(pixel, triangle),
+            trusts_hits: true,
         };
         let answer = |known: &mut Known, (tile, mut rows): (usize, Vec<_>)| {
-            let beside =
-                dispatch!(level(), simd => tests.answer_tile(simd, tile, &mut rows, known));
+            let beside = dispatch!(level(), simd => tests.answer_tile(simd, &receivers, tile, &mut rows, known));
             let is_open = beside.iter().any(|extent| !extent.is_empty());
             is_open.then_some((tile, rows, beside))
         };
@@ -89,7 +92,7 @@ fn milliseconds(start: Instant) -> f64 {
 }
 
 /// What the light sees: all of it for parallel rays, the faces of a cube around a position.
-fn views(light: &Light, scene: &Scene) -> Vec<View> {
+pub fn views(light: &Light, scene: &Scene) -> Vec<View> {
     let source = Source::of(light);
     if let Some(position) = light.position() {
         return cube_views(position, source, GRID).collect();
@@ -110,7 +113,7 @@ fn views(light: &Light, scene: &Scene) -> Vec<View> {
 }
 
 /// Moves and scales a view, so that an extent fills it but for some room on each side.
-fn fitted(view: &View, extent: &Extent) -> View {
+pub fn fitted(view: &View, extent: &Extent) -> View {
     let [x, y, w] = view.rows;
     let fit = |row: DVec4, k: usize| {
         let (low, high) = (f64::from(extent.low[k]), f64::from(extent.high[k]));
@@ -160,7 +163,7 @@ fn extents_of_rows<S: Simd>(
         if !receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
             continue;
         }
-        let masks = masks_of_views(simd, receivers, &block, seen.len());
+        let masks = masks_of_views(simd, receivers.light_at, &block, seen.len());
         for (face, view) in seen.iter().enumerate() {
             if masks[face][row] != 0 {
                 view.places(simd, &block, &masks[face], &mut places);

@@ -78,9 +78,7 @@ impl SeenByLight<'_> {
         let q = projection.kind.projected_from_ray(ray, depth);
         let from_eye = projection.origin - camera.eye + self.steps * DVec3::from(q);
         // Desired view (5.1).
-        let z = from_eye.dot(camera.forward);
-        let across = DVec2::new(from_eye.dot(camera.right), -from_eye.dot(camera.up));
-        let pixel = camera.centre + camera.focal * across / z;
+        let (pixel, z) = camera.place_from_eye(from_eye);
         let size = DVec2::new(camera.width.into(), camera.height.into());
         let is_inside = pixel.cmpge(DVec2::ZERO).all() && pixel.cmple(size).all();
         if z <= camera.znear || z > camera.zfar || !is_inside {
@@ -89,7 +87,7 @@ impl SeenByLight<'_> {
         let factors = &self.factors;
         let mut value = 1.0;
         if factors.distance {
-            value = (projection.kind.texel_width(q) * self.unit / z) as f32;
+            value = (projection.kind.texel_width(q) * self.unit / camera.width_at(z)) as f32;
         }
         if let Some(bonus) = factors.normal {
             let normal = self.scene.unit_normals()[triangle as usize];

@@ -170,8 +170,8 @@ impl Pass<'_> {
         let [line, place] = [line, place].map(|place| cell_at(place, self.cells));
         let mut weights = splat(simd, 1.0);
         if self.factors.distance {
-            let forward = self.receivers.camera.forward.extend(0.0);
-            weights = kind.texel_width(q) / narrow(function_of(simd, forward, point));
+            let [_, _, width] = self.receivers.camera.image_rows();
+            weights = kind.texel_width(q) / narrow(function_of(simd, width, point));
         }
         Placed {
             u: u.into(),

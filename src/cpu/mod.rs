@@ -20,6 +20,7 @@ mod light_grid;
 mod light_space;
 mod lookup;
 mod map;
+pub mod points;
 mod processor;
 mod queries;
 pub mod rasterize;

@@ -4,9 +4,9 @@ use super::lanes::{LANES, Simd, bits, columns64, each, each_row, f32x8, f64x8, m
 use super::rasterize::{Image, NONE};
 use super::tiles::{BLOCK, TILE};
 use super::view::{Nearness, View};
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::lanes::V3;
-use crate::light::Light;
+use crate::light::{Cone, Light};
 use crate::occlusion::ReceiverRay;
 use crate::scene::{Scene, unit_normal};
 use crate::sides::Source;
@@ -28,8 +28,8 @@ pub struct Receivers<'a> {
     pub eye: DVec3,
     pub light: &'a Light,
     /// The light's position, or the way to it.
-    light_at: DVec3,
-    /// Rays one unit ahead: through the middle of the first pixel, and what a column and a row add.
+    pub light_at: DVec3,
+    /// Places one unit ahead on the camera's rays: of the middle of the first pixel, and what a column and a row add.
     first: DVec3,
     column: DVec3,
     row: DVec3,
@@ -81,6 +81,7 @@ pub struct BlockPlaces<S: Simd> {
 
 impl<'a> Receivers<'a> {
     pub fn new(scene: &'a Scene, image: &'a Image, camera: &'a Camera, light: &'a Light) -> Self {
+        let (start, ray) = camera.ray_from_pixel(0, 0);
         Self {
             scene,
             image,
@@ -91,7 +92,7 @@ impl<'a> Receivers<'a> {
                 Some(position) => position - camera.eye,
                 None => light.vector_from_point(camera.eye),
             },
-            first: camera.ray_from_pixel(0, 0),
+            first: start + ray,
             column: camera.right / camera.focal.x,
             row: -camera.up / camera.focal.y,
         }
@@ -136,19 +137,26 @@ impl<'a> Receivers<'a> {
             None => light_at,
         };
         let above = dot(normal, to_light);
+        let beyond = match self.camera.rays {
+            Rays::Perspective => height,
+            Rays::Orthographic => {
+                let forward = each(self.camera.forward.to_array(), |v| splat64(simd, v));
+                dot(normal, forward)
+            }
+        };
         // Far from what rounding may do, the sign of a height is the answer.
         let size = |v: &[f64x8<S>; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
         let farthest = size(&world[0]).max(size(&world[1])).max(size(&world[2]));
         let unsure = size(&v) * size(&w) * SURE_OF_SIDE;
         let is_sure = (unsure * (size(&to_light) + farthest)).simd_lt(above.abs())
-            & (unsure * (size(&a) + farthest)).simd_lt(height.abs());
+            & (unsure * (size(&a) + farthest)).simd_lt(beyond.abs());
         let zero = splat64(simd, 0.0);
         let is_above = zero.simd_lt(above).to_bitmask() as u32;
-        let is_behind = zero.simd_lt(height).to_bitmask() as u32;
+        let is_behind = zero.simd_lt(beyond).to_bitmask() as u32;
         let mut faces_light = is_above ^ is_behind;
         for lane in bits(!is_sure.to_bitmask() as u32 & 0xff) {
             let corners = self.scene.corners(ids[lane]);
-            let sides = [Source::of(self.light), Source::Point(self.eye)]
+            let sides = [Source::of(self.light), self.camera.source()]
                 .map(|source| source.side_of(corners));
             faces_light &= !(1 << lane);
             faces_light |= u32::from(sides[0] * sides[1] > 0) << lane;
@@ -196,7 +204,7 @@ impl<'a> Receivers<'a> {
     pub fn lit_normal(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = each(self.scene.corners(triangle), |corner| corner - self.eye);
         let normal = unit_normal(a, b, c);
-        normal * -normal.dot(a).signum()
+        normal * -normal.dot(self.camera.sight_of(a)).signum()
     }
 
     /// From the light to receivers; of a light at infinity a unit vector.
@@ -264,11 +272,20 @@ impl<'a> Receivers<'a> {
             let ray = each([0, 1, 2], |k| {
                 columns.mul_add(splat64(simd, self.column[k]), splat64(simd, at_row[k]))
             });
-            let along = ray[0].mul_add(normal[0], ray[1].mul_add(normal[1], ray[2] * normal[2]));
-            let depth = height / along;
-            let point = each(ray, |ray| ray * depth);
+            let point = match self.camera.rays {
+                Rays::Perspective => {
+                    let along = row_dot(ray, normal);
+                    let depth = height / along;
+                    each(ray, |ray| ray * depth)
+                }
+                Rays::Orthographic => {
+                    let forward = each(self.camera.forward.to_array(), |v| splat64(simd, v));
+                    let further = (height - row_dot(ray, normal)) / row_dot(forward, normal);
+                    each([0, 1, 2], |k| forward[k].mul_add(further, ray[k]))
+                }
+            };
             block.points[i] = point;
-            block.facing[i] = facing & self.in_cone(simd, point);
+            block.facing[i] = facing & in_cone(simd, self.light.cone(), self.light_at, &point);
             has_any |= block.facing[i] != 0;
         }
         has_any
@@ -317,40 +334,46 @@ impl<'a> Receivers<'a> {
         }
         (known.planes[place], known.faces_light[place])
     }
+}
 
-    #[inline(always)]
-    fn in_cone<S: Simd>(&self, simd: S, point: [f64x8<S>; 3]) -> u32 {
-        let Some(cone) = self.light.cone() else {
-            return 0xff;
-        };
-        let from_light = each([0, 1, 2], |k| point[k] - splat64(simd, self.light_at[k]));
-        let axis = each(cone.axis.to_array(), |v| splat64(simd, v));
-        let along = dot(from_light, axis);
-        let aside = each([0, 1, 2], |k| from_light[k] - axis[k] * along);
-        let within = along * splat64(simd, cone.sine);
-        let outside = dot(aside, aside).sqrt() * splat64(simd, cone.cosine);
-        outside.simd_le(within).to_bitmask() as u32
-    }
+/// Which receivers a light with such a cone may reach.
+#[inline(always)]
+pub fn in_cone<S: Simd>(
+    simd: S,
+    cone: Option<Cone>,
+    light_at: DVec3,
+    point: &[f64x8<S>; 3],
+) -> u32 {
+    let Some(cone) = cone else {
+        return 0xff;
+    };
+    let from_light = each([0, 1, 2], |k| point[k] - splat64(simd, light_at[k]));
+    let axis = each(cone.axis.to_array(), |v| splat64(simd, v));
+    let along = dot(from_light, axis);
+    let aside = each([0, 1, 2], |k| from_light[k] - axis[k] * along);
+    let within = along * splat64(simd, cone.sine);
+    let outside = dot(aside, aside).sqrt() * splat64(simd, cone.cosine);
+    outside.simd_le(within).to_bitmask() as u32
+}
 
-    /// Which face of a cube around the light each receiver falls in: the axis twice, and 1 where it goes down.
-    #[inline(always)]
-    pub fn faces<S: Simd>(&self, simd: S, point: &[f64x8<S>; 3]) -> [u32; 6] {
-        let from_light = each([0, 1, 2], |k| point[k] - splat64(simd, self.light_at[k]));
-        let [x, y, z] = each(from_light, |v| v.abs());
-        let is_x = y.simd_le(x) & z.simd_le(x);
-        let is_y = !is_x & z.simd_le(y);
-        let axes = each([is_x, is_y, !(is_x | is_y)], |mask| {
-            mask.to_bitmask() as u32
-        });
-        let zero = f64x8::simd_from(simd, 0.0);
-        let down = each(from_light, |v| v.simd_lt(zero).to_bitmask() as u32);
-        let mut faces = [0; 6];
-        for axis in 0..3 {
-            faces[2 * axis] = axes[axis] & !down[axis];
-            faces[2 * axis + 1] = axes[axis] & down[axis];
-        }
-        faces
+/// Which face of a cube around a light each receiver falls in: the axis twice, and 1 where it goes down.
+#[inline(always)]
+pub fn faces_around<S: Simd>(simd: S, light_at: DVec3, point: &[f64x8<S>; 3]) -> [u32; 6] {
+    let from_light = each([0, 1, 2], |k| point[k] - splat64(simd, light_at[k]));
+    let [x, y, z] = each(from_light, |v| v.abs());
+    let is_x = y.simd_le(x) & z.simd_le(x);
+    let is_y = !is_x & z.simd_le(y);
+    let axes = each([is_x, is_y, !(is_x | is_y)], |mask| {
+        mask.to_bitmask() as u32
+    });
+    let zero = f64x8::simd_from(simd, 0.0);
+    let down = each(from_light, |v| v.simd_lt(zero).to_bitmask() as u32);
+    let mut faces = [0; 6];
+    for axis in 0..3 {
+        faces[2 * axis] = axes[axis] & !down[axis];
+        faces[2 * axis + 1] = axes[axis] & down[axis];
     }
+    faces
 }
 
 /// Whether eight pixels show the same.
@@ -418,8 +441,14 @@ pub fn splat64<S: Simd>(simd: S, value: f64) -> f64x8<S> {
 }
 
 #[inline(always)]
-fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
+pub fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The same, rounded less often.
+#[inline(always)]
+fn row_dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 /// A linear function of (point, 1).
@@ -462,6 +491,23 @@ impl Extent {
 
     pub fn is_empty(&self) -> bool {
         self.low[0] > self.high[0]
+    }
+
+    /// The part that is in both.
+    pub fn common(self, other: Self) -> Self {
+        let both = Self {
+            low: std::array::from_fn(|i| self.low[i].max(other.low[i])),
+            high: std::array::from_fn(|i| self.high[i].min(other.high[i])),
+        };
+        let is_empty = both.low[0] > both.high[0] || both.low[1] > both.high[1];
+        if is_empty { Self::EMPTY } else { both }
+    }
+
+    pub fn widened(self, by: f32) -> Self {
+        Self {
+            low: self.low.map(|low| low - by),
+            high: self.high.map(|high| high + by),
+        }
     }
 
     pub fn and(self, other: Self) -> Self {

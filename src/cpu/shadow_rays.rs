@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// What float64 rounds of where a ray enters a box: a quotient of positions.
-const RAY_ROUNDING: f64 = 16.0 * FLOAT64_ROUNDING;
+pub const RAY_ROUNDING: f64 = 16.0 * FLOAT64_ROUNDING;
 
 /// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and the number of rays.
 pub fn shadow_rays(
@@ -88,32 +88,37 @@ impl ShadowRays<'_> {
     #[inline(never)]
     fn is_lit(&self, pixel: (usize, usize), own: u32, blocker: &mut u32) -> bool {
         let ray = self.receivers.ray(pixel, own);
-        let blocks = |triangle| ray.is_shadowed_by(triangle);
-        if *blocker != NONE && blocks(*blocker) {
-            return false;
-        }
-        let mut is_lit = true;
-        self.hierarchy.visit(self.thick(&ray), |triangle| {
-            if blocks(triangle) {
-                (is_lit, *blocker) = (false, triangle);
-                return ControlFlow::Break(());
-            }
-            ControlFlow::Continue(f64::INFINITY)
-        });
-        is_lit
+        let has_end = self.receivers.light.position().is_some();
+        is_lit(self.hierarchy, (&ray, has_end), self.margin, blocker)
     }
+}
 
-    fn thick(&self, ray: &ReceiverRay) -> ThickRay {
-        let length = ray.to_light.length();
-        ThickRay {
-            origin: self.receivers.eye + ray.point,
-            direction: ray.to_light / length,
-            start: 0.0,
-            end: match self.receivers.light.position() {
-                Some(_) => length,
-                None => f64::INFINITY,
-            },
-            margin: self.margin,
-        }
+/// Casts a ray, which ends at a light or goes on for ever: first at the triangle that shadowed the ray before.
+pub fn is_lit(
+    hierarchy: &Bvh,
+    (ray, has_end): (&ReceiverRay, bool),
+    margin: f64,
+    blocker: &mut u32,
+) -> bool {
+    let blocks = |triangle| ray.is_shadowed_by(triangle);
+    if *blocker != NONE && blocks(*blocker) {
+        return false;
     }
+    let length = ray.to_light.length();
+    let thick = ThickRay {
+        origin: ray.eye + ray.point,
+        direction: ray.to_light / length,
+        start: 0.0,
+        end: if has_end { length } else { f64::INFINITY },
+        margin,
+    };
+    let mut is_lit = true;
+    hierarchy.visit(thick, |triangle| {
+        if blocks(triangle) {
+            (is_lit, *blocker) = (false, triangle);
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(f64::INFINITY)
+    });
+    is_lit
 }

@@ -4,7 +4,7 @@ use super::exact::exact;
 use super::rasterize::{Image, NONE, rasterize};
 use super::view::View;
 use crate::bvh::Everything;
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::light::Light;
 use crate::reference::{Reference, reference};
 use crate::scene::Scene;
@@ -55,6 +55,15 @@ fn camera_at(eye: DVec3, turn: DQuat, (width, height): (u32, u32), range: (f64, 
     let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
     let pose = DMat4::from_rotation_translation(turn, eye);
     Camera::new(pose, DVec2::splat(half.x), half, (width, height), range).unwrap()
+}
+
+/// One at the same place that sees so far to each side of it along parallel rays.
+fn orthographic(camera: &Camera, reach: f64) -> Camera {
+    Camera {
+        rays: Rays::Orthographic,
+        focal: camera.focal / reach,
+        ..camera.clone()
+    }
 }
 
 fn any_turn(random: &mut Random) -> DQuat {
@@ -117,7 +126,7 @@ fn lights(random: &mut Random, scale: f64) -> Vec<Light> {
 #[test]
 fn pixels_of_any_soup_are_right() {
     let mut random = Random(7);
-    let mut counts = [0; 2];
+    let mut counts = [[0; 2]; 2];
     for round in 0..12 {
         let scale = [1e-6, 1.0, 1e6][round % 3];
         let corners = soup(&mut random, 60)
@@ -129,13 +138,17 @@ fn pixels_of_any_soup_are_right() {
         let eye = scale * distance * (turn * DVec3::Z) + 0.1 * scale * vector(&mut random);
         let range = (1e-9 * scale, [f64::INFINITY, 2.0 * scale][round % 2]);
         let camera = camera_at(eye, turn, (75, 41), range);
+        let parallel = orthographic(&camera, scale);
         for light in lights(&mut random, scale) {
-            let case = format!("round {round}");
-            let of_case = assert_right(&scene, &camera, &light, &case);
-            counts = [counts[0] + of_case[0], counts[1] + of_case[1]];
+            for (kind, camera) in [&camera, &parallel].into_iter().enumerate() {
+                let case = format!("round {round}, camera {kind}");
+                let of_case = assert_right(&scene, camera, &light, &case);
+                counts[kind] = [counts[kind][0] + of_case[0], counts[kind][1] + of_case[1]];
+            }
         }
     }
-    assert!(counts[0] > 20_000 && counts[1] > 3_000, "{counts:?}");
+    let has_both = |[dark, lit]: [usize; 2]| dark > 20_000 && lit > 3_000;
+    assert!(counts.into_iter().all(has_both), "{counts:?}");
 }
 
 /// A floor far larger than what stands on it.

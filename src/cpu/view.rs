@@ -1,7 +1,7 @@
 //! What an image or a map sees of points, and the edges of triangles in it, in float64.
 
 use super::lanes::{EPSILON, each};
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::scene::Scene;
 use crate::sides::Source;
 use glam::{DVec2, DVec3, DVec4};
@@ -45,19 +45,20 @@ pub type Place = [f32; 4];
 
 impl View {
     pub fn of_camera(camera: &Camera) -> Self {
-        let row = |axis: DVec3, focal: f64, centre: f64| axis * focal + camera.forward * centre;
-        let rows = [
-            row(camera.right, camera.focal.x, camera.centre.x),
-            row(-camera.up, camera.focal.y, camera.centre.y),
-            camera.forward,
-        ];
+        let (nearness, seen) = match camera.rays {
+            Rays::Perspective => (Nearness::Inverse, (1.0 / camera.zfar, 1.0 / camera.znear)),
+            Rays::Orthographic => (
+                Nearness::Linear(-camera.forward.extend(0.0)),
+                (-camera.zfar, -camera.znear),
+            ),
+        };
         Self {
             origin: camera.eye,
-            rows: rows.map(|row| row.extend(0.0)),
-            nearness: Nearness::Inverse,
+            rows: camera.image_rows(),
+            nearness,
             width: camera.width as usize,
             height: camera.height as usize,
-            seen: (1.0 / camera.zfar, 1.0 / camera.znear),
+            seen,
             light: None,
         }
     }

@@ -10,6 +10,7 @@ use super::receivers::{Corners, ReceiverQueries, Setting};
 use super::rotation::Rotation;
 use super::samples::SampledReceivers;
 use super::snapping::stepped;
+use crate::camera::Rays;
 use crate::error::Result;
 use crate::frustum::visible_part;
 use crate::geometry::bounds_of;
@@ -116,6 +117,7 @@ fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result
                 quantiles(&depths, count).into_iter().map(held).collect()
             }
             (_, Some(near), Some(far)) => {
+                let splits = for_rays(receivers.setting().camera.rays, splits);
                 splits_between((held(*near), held(*far)), count, splits, slabs.weight)
             }
             _ => vec![],
@@ -123,7 +125,16 @@ fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result
     }
     let setting = receivers.setting();
     let near_and_far = (setting.camera.znear, farthest_depth(setting));
+    let splits = for_rays(setting.camera.rays, splits);
     Ok(splits_between(near_and_far, count, splits, slabs.weight))
+}
+
+/// Pixels of parallel rays do not widen with the depth, and so slabs are of one thickness.
+fn for_rays(rays: Rays, splits: Splits) -> Splits {
+    match rays {
+        Rays::Perspective => splits,
+        Rays::Orthographic => Splits::Uniform,
+    }
 }
 
 /// Between two depths; `weight` is that of the logarithmic in the practical splits.
@@ -135,8 +146,11 @@ fn splits_between((near, far): (f64, f64), count: u32, splits: Splits, weight: f
     };
     // Zhang et al., section 3.3.
     let depth = |share: f64| {
-        let logarithmic = near * (far / near).powf(share);
         let uniform = near + (far - near) * share;
+        if weight == 0.0 {
+            return uniform;
+        }
+        let logarithmic = near * (far / near).powf(share);
         weight * logarithmic + (1.0 - weight) * uniform
     };
     shares(count).map(depth).collect()

@@ -23,7 +23,7 @@ pub fn surfaces(camera: &Camera) -> Vec<(DVec3, DVec3)> {
     let mut points = Vec::new();
     for row in (4..180).step_by(7) {
         for column in (3..180).step_by(5) {
-            let ray = camera.ray_from_pixel(column, row);
+            let (_, ray) = camera.ray_from_pixel(column, row);
             let (floor, wall) = (-camera.eye.y / ray.y, (-20.0 - camera.eye.z) / ray.z);
             if floor > 0.0 && floor < wall {
                 points.push((camera.eye + ray * floor, DVec3::Y));

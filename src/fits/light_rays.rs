@@ -121,8 +121,9 @@ impl Sample {
 /// How a point on a surface with that normal moves as its place in the image moves by a pixel, to the
 /// right and down: derivatives of where the camera's ray meets the plane.
 pub fn surface_steps(camera: &Camera, point: DVec3, normal: DVec3) -> [DVec3; 2] {
-    let sight = point - camera.eye;
-    let depth = sight.dot(camera.forward);
+    let from_eye = point - camera.eye;
+    let sight = camera.sight_of(from_eye);
+    let width = camera.width_at(from_eye.dot(camera.forward));
     let turns = [camera.right / camera.focal.x, -camera.up / camera.focal.y];
-    turns.map(|turn| depth * (turn - sight * (normal.dot(turn) / normal.dot(sight))))
+    turns.map(|turn| width * (turn - sight * (normal.dot(turn) / normal.dot(sight))))
 }

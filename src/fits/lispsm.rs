@@ -10,7 +10,7 @@
 use super::hull::MapSize;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::subject::Subject;
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::geometry::range_of;
 use glam::{DMat3, DVec2, DVec3};
 
@@ -58,8 +58,12 @@ pub fn light_space_perspective(
 
     // The view runs up the second coordinate.
     let align = rows([beside.extend(0.0), view_direction.extend(0.0), DVec3::Z]);
-    // A perspective along the view: its apex lies beside the eye, the distance before the nearest point.
-    let warp = perspective_from(DVec2::new(column, start - distance));
+    // A perspective along the view: its apex lies beside the eye, the distance before the nearest point. Pixels of
+    // parallel rays do not narrow: the optimal distance is infinite.
+    let warp = match camera.rays {
+        Rays::Perspective => perspective_from(DVec2::new(column, start - distance)),
+        Rays::Orthographic => DMat3::IDENTITY,
+    };
     let map_from_ray = LightMatrix::from(product([warp, align]));
     subject.hull.boxed(map_from_ray.with_unit_axis(), size)
 }

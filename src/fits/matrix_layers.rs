@@ -269,7 +269,7 @@ mod tests {
         let pixels = (0..180)
             .step_by(3)
             .flat_map(|y| (0..180).step_by(5).map(move |x| (x, y)));
-        let rays = pixels.map(|(x, y)| camera.ray_from_pixel(x, y));
+        let rays = pixels.map(|(x, y)| camera.ray_from_pixel(x, y).1);
         rays.filter(|ray| ray.y < -0.03)
             .map(|ray| camera.eye - ray * (camera.eye.y / ray.y))
             .collect()

@@ -50,9 +50,8 @@ pub fn plane_optimal(
     if height.abs() < 1e-6 * light.length() * plane.truncate().length() {
         return None;
     }
-    let [right, up, forward] = camera.rows_from(camera.eye);
-    let (column, row) = (right * camera.focal.x, -up * camera.focal.y);
-    let image = from_rows([column, row, DVec4::ZERO, forward]);
+    let [column, row, width] = camera.rows_of_centred_image();
+    let image = from_rows([column, row, DVec4::ZERO, width]);
     let shadow_from_world = after_shadow_on(plane, light, image);
     let [x, y, w] = rays.map_from_ray(shadow_from_world);
     let [x, y, w] = [x, y, w].map(|row| row / w.length());

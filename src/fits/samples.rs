@@ -134,8 +134,8 @@ mod tests {
                 for (column, row) in [(0, 0), (coarse.width - 1, coarse.height - 1)] {
                     let (x, y) = (column * stride + first, row * stride + first);
                     assert!(x < width && y < height);
-                    let fine = camera.ray_from_pixel(x, y);
-                    assert!((coarse.ray_from_pixel(column, row) - fine).length() < 1e-12);
+                    let (_, fine) = camera.ray_from_pixel(x, y);
+                    assert!((coarse.ray_from_pixel(column, row).1 - fine).length() < 1e-12);
                 }
             }
         }

@@ -21,7 +21,7 @@ shader_struct! {
         size: [u32; 2],
         pub scale: [f32; 2],
         pub convergence: f32,
-        padding: u32,
+        z_floor: f32,
         step_x: [f32; 4],
         step_y: [f32; 4],
         step_z: [f32; 4],
@@ -58,7 +58,11 @@ impl ProjectionUniform {
             size: [projection.width, projection.height],
             scale: kind.plane_scale().as_vec2().to_array(),
             convergence: (kind.convergence() * to_world) as f32,
-            padding: 0,
+            z_floor: match projection.normalizes_depth {
+                true => (projection.near * unit) as f32,
+                // An image shows nothing that is too near.
+                false => f32::MIN,
+            },
             step_x: padded(steps.x_axis),
             step_y: padded(steps.y_axis),
             step_z: padded(steps.z_axis),

@@ -17,7 +17,7 @@ pub use paraboloid::Paraboloid;
 pub use parallel::Parallel;
 pub use perspective::Perspective;
 
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::lanes::{Lane, V2, V3};
 use crate::region::Region;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
@@ -228,7 +228,10 @@ impl Projection {
     /// The camera's image: texels are pixels, depth is along the viewing direction.
     pub fn from_camera(camera: &Camera) -> Self {
         Self {
-            kind: Perspective.into(),
+            kind: match camera.rays {
+                Rays::Perspective => Perspective.into(),
+                Rays::Orthographic => Parallel.into(),
+            },
             origin: camera.eye,
             x_axis: camera.right * camera.focal.x,
             y_axis: -camera.up * camera.focal.y,

@@ -1,7 +1,7 @@
 //! Scenes, cameras and lights: what is validated once and used for many frames.
 
 use super::{array, check_process};
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::error::Error;
 use crate::light::Light;
 use crate::masks::{AlphaImage, Masks, Sampling, Wrap};
@@ -11,6 +11,7 @@ use glam::{DMat4, DVec2, DVec3};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rayon::prelude::*;
 use std::sync::{RwLock, RwLockReadGuard};
 
 fn rows_of_three<T: numpy::Element + Copy>(
@@ -28,7 +29,11 @@ fn rows_of_three<T: numpy::Element + Copy>(
     Ok(rows.map(|row| [row[0], row[1], row[2]]).collect())
 }
 
-fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
+pub fn points(name: &str, array: &PyReadonlyArray2<f64>) -> PyResult<Vec<DVec3>> {
+    // Millions of them are copied by all threads.
+    if let (Ok(flat), 3) = (array.as_slice(), array.as_array().ncols()) {
+        return Ok(flat.par_chunks_exact(3).map(DVec3::from_slice).collect());
+    }
     Ok(rows_of_three(name, array)?
         .into_iter()
         .map(DVec3::from)
@@ -185,12 +190,14 @@ impl PyCamera {
 #[pymethods]
 impl PyCamera {
     #[new]
+    #[pyo3(signature = (pose, focal, centre, size, depth_range, is_orthographic=false))]
     fn new(
         pose: PyReadonlyArray2<f64>,
         focal: (f64, f64),
         centre: (f64, f64),
         size: (u32, u32),
         depth_range: (f64, f64),
+        is_orthographic: bool,
     ) -> PyResult<Self> {
         let pose = pose.as_array();
         if pose.dim() != (4, 4) {
@@ -200,7 +207,12 @@ impl PyCamera {
             )));
         }
         let columns: Vec<f64> = pose.t().iter().copied().collect();
-        Ok(Self(Camera::new(
+        let rays = match is_orthographic {
+            true => Rays::Orthographic,
+            false => Rays::Perspective,
+        };
+        Ok(Self(Camera::with_rays(
+            rays,
             DMat4::from_cols_slice(&columns),
             DVec2::from(focal),
             DVec2::from(centre),

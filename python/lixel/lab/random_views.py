@@ -85,7 +85,8 @@ def _in_view(random: np.random.Generator, scene: Scene, camera: Camera) -> npt.N
     """Inside the camera's pyramid, no farther than the scene is large."""
     column, row = random.uniform(0, 1, 2) * (camera.width, camera.height)
     (fx, fy), (cx, cy) = camera.focal, camera.centre
-    ray = np.array([(column - cx) / fx, (cy - row) / fy, -1.0])
     low, high = scene.bounds
     depth = random.uniform(0.02, 0.5) * float(np.linalg.norm(high - low))
-    return np.asarray(camera.eye + depth * (camera.pose[:3, :3] @ ray))
+    width = 1.0 if camera.is_orthographic else depth
+    place = np.array([width * (column - cx) / fx, width * (cy - row) / fy, -depth])
+    return np.asarray(camera.eye + camera.pose[:3, :3] @ place)

@@ -13,7 +13,9 @@ from ..scene import Scene
 
 def ray_directions(camera: Camera) -> npt.NDArray[np.float64]:
     """(H * W, 3) float64: directions of the rays through the pixels' centres in world space, at
-    depth 1."""
+    depth 1. All of them start at the camera's eye."""
+    if camera.is_orthographic:
+        raise ValueError("camera must be a pinhole here, got an orthographic one")
     x = (np.arange(camera.width) + 0.5 - camera.centre[0]) / camera.focal[0]
     y = (np.arange(camera.height) + 0.5 - camera.centre[1]) / camera.focal[1]
     right, up, back = camera.pose[:3, :3].T

@@ -23,7 +23,7 @@ impl<S: Simd> BlockLookup<'_, S> {
             return;
         }
         let count = self.layer.seen.len();
-        let masks = masks_of_views(self.simd, self.receivers, self.block, count);
+        let masks = masks_of_views(self.simd, self.receivers.light_at, self.block, count);
         let candidates = std::mem::take(&mut self.work.candidates);
         for (view, mask) in masks.iter().enumerate().take(count) {
             let mut left_of_view = std::array::from_fn(|i| left[i] & mask[i]);

@@ -32,7 +32,7 @@ pub fn boundary(
     let weigh = Kernel::new("boundary")
         .entry("weigh")
         .constant("boundary_weight", weight)
-        .uniform(gpu, 20, &receivers)
+        .receivers_uniform(gpu, seen, &receivers)
         .bind(1, &marks)
         .bind(2, &weights);
     frame.pass(

@@ -46,7 +46,7 @@ pub fn caster_tests(
             .bind(15, visibility)
             .bind(16, &tests)
             .bind(19, &unsure.list)
-            .uniform(&gpu, 20, &seen.camera_uniform())
+            .receivers_uniform(&gpu, seen, &seen.camera_uniform())
             .bind(21, seen.visibility_buffer)
             .light_sides(scene, seen.light_sides)
             .masks(scene.masks.as_ref());

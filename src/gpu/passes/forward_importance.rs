@@ -3,6 +3,7 @@
 use super::importance_map::{Factors, ImportanceMap};
 use super::inputs::Receivers;
 use super::rasterize::Target;
+use crate::camera::Rays;
 use crate::error::Result;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::recording::Recording;
@@ -53,12 +54,19 @@ pub fn forward_importance(
         ]
         .map(|v| v as f32)
     };
-    let eye = projection.projected_from_point(camera.origin) * projection.unit();
+    let origin = projection.projected_from_point(camera.origin);
+    let eye = match seen.camera.rays {
+        Rays::Perspective => (origin * projection.unit()).extend(1.0),
+        Rays::Orthographic => {
+            let ahead = projection.projected_from_point(camera.origin + seen.camera.forward);
+            ((ahead - origin) * projection.unit()).extend(0.0)
+        }
+    };
     let uniform = ForwardUniform {
         camera_x: row(camera.x_axis),
         camera_y: row(camera.y_axis),
         camera_z: row(camera.z_axis),
-        eye: eye.as_vec3().extend(0.0).to_array(),
+        eye: eye.as_vec4().to_array(),
         centre: camera.centre.as_vec2().to_array(),
         image: [camera.width as f32, camera.height as f32],
         near: camera.near as f32,

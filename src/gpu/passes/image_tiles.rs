@@ -88,7 +88,7 @@ impl InitialImage {
         receivers.rounding = seen.slack() as f32;
         let kernel = Kernel::new("image_tiles")
             .entry("list")
-            .uniform(&frame.gpu, 20, &receivers)
+            .receivers_uniform(&frame.gpu, seen, &receivers)
             .bind(1, &self.depth_ranges)
             .bind(2, &tiles.listed)
             .bind(3, &tiles.groups)

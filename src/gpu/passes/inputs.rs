@@ -1,6 +1,6 @@
 //! What the passes read: the scene, and the receivers of a layer.
 
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::gpu::device::Gpu;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
@@ -186,12 +186,19 @@ impl<'a> Receivers<'a> {
 impl Kernel {
     /// What `shaders/lib/receivers.wgsl` reads.
     pub fn receivers(self, gpu: &Gpu, seen: Receivers, uniform: &ReceiversUniform) -> Self {
-        self.uniform(gpu, 20, uniform)
+        self.receivers_uniform(gpu, seen, uniform)
             .bind(21, seen.visibility_buffer)
             .bind(10, &seen.scene.unit_normals)
             .light_sides(seen.scene, seen.light_sides)
             .constant("has_cone", seen.light.cone().is_some())
             .constant("has_region", !seen.region.is_everywhere())
+    }
+
+    /// Of these the uniform alone, and which rays its camera has.
+    pub fn receivers_uniform(self, gpu: &Gpu, seen: Receivers, uniform: &ReceiversUniform) -> Self {
+        let is_orthographic = seen.camera.rays == Rays::Orthographic;
+        self.uniform(gpu, 20, uniform)
+            .constant("is_orthographic", is_orthographic)
     }
 
     /// What `shaders/lib/image_tiles.wgsl` reads.

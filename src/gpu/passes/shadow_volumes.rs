@@ -2,7 +2,7 @@
 //! rasterization hardware, `shaders/shadow_volumes.wgsl`.
 
 use super::inputs::Receivers;
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::kernel::{Groups, Kernel, Vertices};
@@ -13,7 +13,7 @@ use crate::gpu::shader_struct::shader_struct;
 use crate::gpu::unsure::UnsureTests;
 use crate::rounding::double_single;
 use crate::stats::Fact;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 pub const LABEL: &str = "shadow volumes";
 
@@ -34,39 +34,44 @@ shader_struct! {
         clip_x: [f32; 3],
         far: f32,
         clip_y: [f32; 3],
-        padding0: u32,
+        count_at_infinity: i32,
         clip_w: [f32; 3],
-        padding1: u32,
+        padding: u32,
+        clip_offset: [f32; 3],
+        more_padding: u32,
     }
 }
 
 impl ShadowVolumesUniform {
-    fn new(seen: Receivers, edges: &EdgeTables) -> Self {
+    fn new(seen: Receivers, edges: &EdgeTables, count_at_infinity: i32) -> Self {
         let (scene, camera) = (seen.scene, seen.camera);
         let (eye_high, eye_low) = double_single(camera.eye - scene.origin);
+        let [_, _, clip_w] = camera.image_rows();
         let row = |axis: DVec3, focal: f64, centre: f64, size: u32| {
             let (focal, centre) = (2.0 * focal, 2.0 * centre - f64::from(size));
-            let row = (axis * focal + camera.forward * centre) / f64::from(size);
-            row.as_vec3().to_array()
+            ((axis * focal).extend(0.0) + clip_w * centre) / f64::from(size)
         };
         let (focal, centre) = (camera.focal, camera.centre);
+        let clip_x = row(camera.right, focal.x, centre.x, camera.width);
+        // Rows of the image go down.
+        let from_below = f64::from(camera.height) - centre.y;
+        let clip_y = row(camera.up, focal.y, from_below, camera.height);
+        let vector = |row: DVec4| row.truncate().as_vec3().to_array();
         Self {
             eye_high: eye_high.to_array(),
             triangle_count: scene.triangle_count,
             eye_low: eye_low.to_array(),
             edge_count: edges.edge_count,
-            clip_x: row(camera.right, focal.x, centre.x, camera.width),
+            clip_x: vector(clip_x),
             far: scene.farthest(camera.eye) as f32,
-            // Rows of the image go down.
-            clip_y: row(
-                camera.up,
-                focal.y,
-                f64::from(camera.height) - centre.y,
-                camera.height,
-            ),
-            padding0: 0,
-            clip_w: camera.forward.as_vec3().to_array(),
-            padding1: 0,
+            clip_y: vector(clip_y),
+            count_at_infinity,
+            clip_w: vector(clip_w),
+            padding: 0,
+            clip_offset: DVec3::new(clip_x.w, clip_y.w, clip_w.w)
+                .as_vec3()
+                .to_array(),
+            more_padding: 0,
         }
     }
 }
@@ -75,6 +80,7 @@ impl ShadowVolumesUniform {
 struct Volumes<'a> {
     seen: Receivers<'a>,
     edges: &'a EdgeTables,
+    uniform: ShadowVolumesUniform,
     kernel: Kernel,
     /// The same for entry points that read the scene relative to the eye and the light.
     of_scene: Kernel,
@@ -89,17 +95,23 @@ struct Volumes<'a> {
 }
 
 impl<'a> Volumes<'a> {
-    fn new(frame: &mut Recording, seen: Receivers<'a>, edges: &'a EdgeTables) -> Result<Self> {
+    fn new(
+        frame: &mut Recording,
+        seen: Receivers<'a>,
+        edges: &'a EdgeTables,
+        count_at_infinity: i32,
+    ) -> Result<Self> {
         let (scene, pixels) = (seen.scene, seen.camera.pixel_count() as u64);
-        let uniform = ShadowVolumesUniform::new(seen, edges);
+        let uniform = ShadowVolumesUniform::new(seen, edges, count_at_infinity);
         let kernel = Kernel::new("shadow_volumes");
         let kernel = kernel.constant("vertices_per_side", vertices_per_side(seen));
         let of_scene = kernel.clone().uniform(&frame.gpu, 0, &uniform);
-        let of_scene = of_scene.uniform(&frame.gpu, 20, &seen.camera_uniform());
+        let of_scene = of_scene.receivers_uniform(&frame.gpu, seen, &seen.camera_uniform());
         let silhouettes = SILHOUETTE_BYTES * u64::from(edges.edge_count.max(1));
         let volumes = Self {
             seen,
             edges,
+            uniform,
             kernel,
             of_scene,
             points: frame.storage("points", 8 * pixels)?,
@@ -128,9 +140,8 @@ impl<'a> Volumes<'a> {
             .bind(10, &scene.unit_normals)
             .light_sides(seen.scene, seen.light_sides)
             .bind(6, &self.sides);
-        let uniform = ShadowVolumesUniform::new(seen, self.edges);
         let find_silhouettes = of_entry("find_silhouettes")
-            .uniform(&frame.gpu, 0, &uniform)
+            .uniform(&frame.gpu, 0, &self.uniform)
             .bind(4, &self.edges.edges)
             .bind(5, &self.edges.uses)
             .bind(7, &self.sides)
@@ -162,7 +173,8 @@ impl<'a> Volumes<'a> {
             caps.clone().draw("light_cap", "count_light_cap", corners()),
             sides.draw("side", "count_side", arguments),
         ];
-        if seen.light.position().is_some() {
+        // At infinity parallel lines of sight are at one place.
+        if seen.light.position().is_some() && seen.camera.rays == Rays::Perspective {
             draws.push(caps.draw("dark_cap", "count_dark_cap", corners()));
         }
         frame.draw(LABEL, (seen.camera.width, seen.camera.height), &draws);
@@ -174,11 +186,12 @@ impl<'a> Volumes<'a> {
         let visibility = frame.storage("visibility image", 4 * pixels)?;
         let kernel = self.kernel.clone().entry("answer");
         let kernel = kernel
-            .uniform(&frame.gpu, 20, &self.seen.camera_uniform())
+            .receivers_uniform(&frame.gpu, self.seen, &self.seen.camera_uniform())
             .bind(21, self.seen.visibility_buffer)
             .bind(15, &self.points)
             .bind(16, &self.counts)
-            .bind(17, &visibility);
+            .bind(17, &visibility)
+            .uniform(&frame.gpu, 0, &self.uniform);
         frame.pass(LABEL, &[kernel.dispatch(image(self.seen))]);
         Ok(visibility)
     }
@@ -211,15 +224,17 @@ fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
     Ok(())
 }
 
-/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen.
+/// Visibility per pixel, float32: 1 lit, 0 in shadow, NaN where no surface is seen. An orthographic camera's lines of sight
+/// are at last in so many volumes.
 pub fn shadow_volumes(
     frame: &mut Recording,
     seen: Receivers,
     edges: &EdgeTables,
+    count_at_infinity: i32,
     unsure: &UnsureTests,
 ) -> Result<PooledBuffer> {
     check_image(&frame.gpu, seen.camera)?;
-    let volumes = Volumes::new(frame, seen, edges)?;
+    let volumes = Volumes::new(frame, seen, edges, count_at_infinity)?;
     volumes.find(frame, unsure);
     volumes.count(frame);
     let visibility = volumes.answer(frame)?;

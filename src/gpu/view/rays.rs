@@ -1,10 +1,13 @@
 //! Shadows without a map: by rays, and by shadow volumes.
 
 use super::View;
+use crate::camera::Rays;
 use crate::error::Result;
 use crate::gpu::acceleration::{self, AccelerationStructure};
-use crate::gpu::passes::{ray_queries, shadow_rays, shadow_volumes};
+use crate::gpu::passes::shadow_volumes::{self, shadow_volumes};
+use crate::gpu::passes::{ray_queries, shadow_rays};
 use crate::gpu::pool::PooledBuffer;
+use crate::occlusion::triangles_along;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -70,7 +73,15 @@ impl View<'_> {
             view.seen.scene.edges(&view.frame, view.scene)
         })?;
         let unsure = self.take_unsure()?;
-        let image = shadow_volumes::shadow_volumes(&mut self.frame, self.seen, &edges, &unsure)?;
+        let count_at_infinity = match (self.camera.rays, self.light.position()) {
+            (Rays::Orthographic, Some(position)) => {
+                triangles_along(self.scene, position, self.camera.forward)
+            }
+            _ => 0,
+        };
+        let seen = self.seen;
+        let frame = &mut self.frame;
+        let image = shadow_volumes(frame, seen, &edges, count_at_infinity as i32, &unsure)?;
         self.unsure = Some(unsure);
         Ok(image)
     }

@@ -131,7 +131,7 @@ class _Reader:
         cameras = self.contents.cameras
         name = self._named(node, camera, "camera")
         kind = camera.get("type")
-        if kind != "perspective":
+        if kind not in ("perspective", "orthographic"):
             self.contents.leave_out(f"{kind} camera {name!r}")
             return
         self._attempt(

@@ -19,7 +19,9 @@ _ROUNDING = 1e-6
 
 
 def camera_of(camera: Object, world_from_node: Matrix, height: int) -> Camera:
-    """A perspective camera; ValueError where its numbers make none."""
+    """A camera; ValueError where its numbers make none."""
+    if camera["type"] == "orthographic":
+        return _orthographic(camera["orthographic"], world_from_node, height)
     perspective = camera["perspective"]
     aspect = float(perspective.get("aspectRatio", 16 / 9))
     if not 0.0 < aspect < math.inf:
@@ -31,6 +33,21 @@ def camera_of(camera: Object, world_from_node: Matrix, height: int) -> Camera:
         height=height,
         znear=perspective["znear"],
         zfar=perspective.get("zfar", math.inf),
+    )
+
+
+def _orthographic(camera: Object, world_from_node: Matrix, height: int) -> Camera:
+    halves = float(camera["xmag"]), float(camera["ymag"])
+    if not all(0.0 < half < math.inf for half in halves):
+        raise ValueError(f"xmag and ymag must be above 0 and finite, got {halves[0]}, {halves[1]}")
+    return Camera.orthographic(
+        _pose(world_from_node),
+        xmag=halves[0],
+        ymag=halves[1],
+        width=max(1, round(halves[0] / halves[1] * height)),
+        height=height,
+        znear=camera["znear"],
+        zfar=camera["zfar"],
     )
 
 
