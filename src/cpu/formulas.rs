@@ -39,12 +39,16 @@ impl<S: Simd> Lane for f32x8<S> {
 
     #[inline(always)]
     fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self {
-        let (rows, columns): ([f32; LANES], [f32; LANES]) = (row.into(), column.into());
+        let simd = row.simd;
+        let (rows, columns) = (simd.cvt_u32_f32x8(row), simd.cvt_u32_f32x8(column));
+        let first_of_row = simd.mul_u32x8(rows, simd.splat_u32x8(width as u32));
+        // A lane that nobody asks for may be anywhere.
+        let last = simd.splat_u32x8(table.len() as u32 - 1);
+        let places = simd.min_u32x8(simd.add_u32x8(first_of_row, columns), last);
+        let places: [u32; LANES] = places.into();
         let mut values = [0.0; LANES];
-        for (i, value) in values.iter_mut().enumerate() {
-            // A lane that nobody asks for may be anywhere.
-            let place = rows[i] as usize * width + columns[i] as usize;
-            *value = table[place.min(table.len() - 1)];
+        for (value, place) in values.iter_mut().zip(places) {
+            *value = table[place as usize];
         }
         f32x8::simd_from(row.simd, values)
     }

@@ -317,17 +317,18 @@ impl<'a> Tile<'a> {
         is_covered: bool,
     ) {
         let is_whole = is_covered || rows.len() == BLOCK;
-        if is_covered {
-            self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows);
+        let may_win = if is_covered {
+            self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
         } else {
-            self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows);
-        }
-        if is_whole {
+            self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
+        };
+        if is_whole && may_win {
             self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
         }
     }
 
-    /// Draws into some rows of a block. With `HAS_RAYS` columns and rows are those of the rays.
+    /// Draws into some rows of a block, and tells whether it may have won a pixel. With `HAS_RAYS` columns and rows are those
+    /// of the rays.
     #[inline(always)]
     fn draw_block<S: Simd, const IS_WIDE: bool, const IS_COVERED: bool, const HAS_RAYS: bool>(
         &mut self,
@@ -337,7 +338,7 @@ impl<'a> Tile<'a> {
         id: u32,
         bx: usize,
         rows: Range<usize>,
-    ) {
+    ) -> bool {
         let x = numbers(simd) + (bx * BLOCK) as f32;
         let Shapes { a, b, c, .. } = shapes;
         let edges = [
@@ -360,6 +361,7 @@ impl<'a> Tile<'a> {
         let (far, near) = self.view.seen;
         let (far, near) = (splat(simd, far as f32), splat(simd, near as f32));
         let id_of_all = u32x8::simd_from(simd, id);
+        let mut may_win_any = false;
         for row in rows {
             let y = row as f32;
             let place = row * TILE + bx * BLOCK;
@@ -402,6 +404,7 @@ impl<'a> Tile<'a> {
             if may_win == 0 {
                 continue;
             }
+            may_win_any = true;
             if self.holes.is_some() {
                 wins = mask32x8::from_bitmask(simd, u64::from(self.solid(place, won)));
             }
@@ -414,6 +417,7 @@ impl<'a> Tile<'a> {
                 self.decide(place + i, id);
             }
         }
+        may_win_any
     }
 
     /// Sets up what masks the triangle that is drawn next.

@@ -4,7 +4,9 @@
 //! clipped.
 
 use super::bins::{Bin, eights, ids_at, triangles_of};
-use super::lanes::{LANES, Simd, bits, f32x8, greatest, least, mask_bits, splat};
+use super::lanes::{
+    LANES, Simd, bits, dispatch, f32x8, greatest, least, level, mask_bits, numbers, splat,
+};
 use super::rasterize::{Painter, Tile};
 use super::shapes::{Corners, Shapes};
 use super::tile_rays::TileRays;
@@ -39,39 +41,13 @@ impl Painter<'_> {
         let mut tile = Tile::new(self.view, self.scene, (0, 0), (ids, nearness));
         tile.rays = Some(rays);
         tile.find_farthest(simd);
-        let [x0, x1, y0, y1] = rays.tiles(self.tiling);
-        let mut near = Vec::new();
-        let mut wide = Vec::new();
-        for y in y0..=y1 {
-            for x in x0..=x1 {
-                for of_thread in bins {
-                    let bin = &of_thread[y * self.tiling.columns + x];
-                    near.extend_from_slice(&bin.near);
-                    wide.extend_from_slice(&bin.wide);
-                }
-            }
-        }
-        if (x0, y0) != (x1, y1) {
-            for list in [&mut near, &mut wide] {
-                list.sort_unstable();
-                list.dedup();
-            }
-        }
+        let (near, wide) = self.near_rays(simd, bins, rays);
         let rounding = 2.0 * self.view.rounding();
-        let last = (rays.side, -rays.side);
         for (places, count) in eights(0..near.len()) {
             let ids = ids_at(&near, places);
             let triangles = triangles_of(self.scene, ids);
             let corners = Corners::new(simd, self.places, triangles).relative_to(rays.origin);
             let (x, y) = (corners.x, corners.y);
-            let misses = (splat(simd, last.0 + rounding).simd_lt(least(x))
-                | greatest(x).simd_lt(splat(simd, last.1 - rounding)))
-                | (splat(simd, last.0 + rounding).simd_lt(least(y))
-                    | greatest(y).simd_lt(splat(simd, last.1 - rounding)));
-            let meets = !mask_bits(misses) & ((1 << count) - 1);
-            if meets == 0 {
-                continue;
-            }
             let shapes = Shapes::new(simd, &corners, rounding, rays.side);
             let sides = [
                 (least(x) - rounding).to_array(),
@@ -79,7 +55,7 @@ impl Painter<'_> {
                 (least(y) - rounding).to_array(),
                 (greatest(y) + rounding).to_array(),
             ];
-            for lane in bits(meets) {
+            for lane in 0..count {
                 let sides = sides.map(|side| side[lane]);
                 match shapes.is_well_known(lane) {
                     true => {
@@ -93,6 +69,44 @@ impl Painter<'_> {
         for id in wide {
             tile.draw_wide_at_rays(simd, id, rays);
         }
+    }
+
+    /// The triangles of bins whose boxes meet that of the rays, and those that are set up in float64.
+    #[inline(always)]
+    fn near_rays<S: Simd>(
+        &self,
+        simd: S,
+        bins: &[Vec<Bin>],
+        rays: &TileRays,
+    ) -> (Vec<u32>, Vec<u32>) {
+        let [x0, x1, y0, y1] = rays.tiles(self.tiling);
+        let rounding = 2.0 * self.view.rounding();
+        let [low_x, high_x, low_y, high_y] = rays.sides();
+        let [low_x, low_y] = [low_x, low_y].map(|low| splat(simd, low - rounding));
+        let [high_x, high_y] = [high_x, high_y].map(|high| splat(simd, high + rounding));
+        let (mut near, mut wide) = (Vec::new(), Vec::new());
+        for tile in (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| y * self.tiling.columns + x)) {
+            for bin in bins.iter().map(|of_thread| &of_thread[tile]) {
+                wide.extend_from_slice(&bin.wide);
+                for (places, count) in eights(0..bin.near.len()) {
+                    let ids = ids_at(&bin.near, places);
+                    let triangles = triangles_of(self.scene, ids);
+                    let corners = Corners::new(simd, self.places, triangles);
+                    let Corners { x, y, .. } = corners.relative_to(rays.origin);
+                    let meets = (least(x).simd_le(high_x) & low_x.simd_le(greatest(x)))
+                        & (least(y).simd_le(high_y) & low_y.simd_le(greatest(y)));
+                    let meets = mask_bits(meets) & ((1 << count) - 1);
+                    near.extend(bits(meets).map(|lane| ids[lane]));
+                }
+            }
+        }
+        if (x0, y0) != (x1, y1) {
+            for list in [&mut near, &mut wide] {
+                list.sort_unstable();
+                list.dedup();
+            }
+        }
+        (near, wide)
     }
 }
 
@@ -121,7 +135,7 @@ impl Tile<'_> {
         self.find_holes(id);
         self.room = self.room.max(shapes.rounding[lane]);
         let room = shapes.rounding[lane] + self.room;
-        for by in 0..BLOCKS {
+        for by in bits(rays.rows_of_box(simd, sides)) {
             let farthest = f32x8::from_slice(simd, &self.farthest[by * BLOCKS..][..LANES]);
             let near = farthest.simd_le(splat(simd, shapes.high[lane] + room));
             let met = mask_bits(near) & rays.blocks_of_box(simd, by, sides);
@@ -175,18 +189,24 @@ impl<'a> RayTable<'a> {
     }
 
     /// The places of a tile's texels before the projection's own rays, in texels.
-    fn linear_places(&self, (x, y): (usize, usize), places: &mut [DVec2]) {
+    #[inline(always)]
+    fn linear_places<S: Simd>(&self, simd: S, (x, y): (usize, usize), places: &mut [DVec2]) {
         let size = self.projection.width as usize;
-        for (i, place) in places.iter_mut().enumerate() {
-            let texel = [(x + i % TILE).min(size - 1), (y + i / TILE).min(size - 1)];
-            *place = match self.warp {
-                None => DVec2::new(texel[0] as f64, texel[1] as f64) + 0.5,
+        let last = splat(simd, size as f32 - 1.0);
+        for (i, places) in places.chunks_exact_mut(LANES).enumerate() {
+            let (column, row) = (x + i * LANES % TILE, y + i * LANES / TILE);
+            let texel = V2::new(numbers(simd) + column as f32, splat(simd, row as f32));
+            let texel = texel.map(|texel| texel.min(last));
+            let (linear, scale) = match self.warp {
+                None => (texel.map(|texel| texel + 0.5), 1.0),
                 Some(WarpMap { warp, inverses }) => {
-                    let texel = V2::new(texel[0] as f32, texel[1] as f32);
-                    let linear = warp.linear_from_texel(inverses, size, texel);
-                    DVec2::new(f64::from(linear.x), f64::from(linear.y)) * size as f64
+                    (warp.linear_from_texel(inverses, size, texel), size as f64)
                 }
             };
+            let (x, y): ([f32; LANES], [f32; LANES]) = (linear.x.into(), linear.y.into());
+            for (place, (x, y)) in places.iter_mut().zip(x.into_iter().zip(y)) {
+                *place = DVec2::new(f64::from(x), f64::from(y)) * scale;
+            }
         }
     }
 
@@ -200,7 +220,7 @@ impl<'a> RayTable<'a> {
     ) {
         let size = self.projection.width as usize;
         let mut linear = [DVec2::ZERO; TILE_PIXELS];
-        self.linear_places(corner, &mut linear);
+        dispatch!(level(), simd => self.linear_places(simd, corner, &mut linear));
         let is_inside = |i: usize| corner.0 + i % TILE < size && corner.1 + i / TILE < size;
         let mut is_taken: [bool; TILE_PIXELS] = std::array::from_fn(is_inside);
         let mut places = [[0.0; 2]; TILE_PIXELS];

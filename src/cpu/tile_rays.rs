@@ -16,6 +16,8 @@ pub struct TileRays {
     pub side: f32,
     /// Of each block, least and greatest places.
     boxes: [[f32; BLOCKS * BLOCKS]; 4],
+    /// Of the blocks of each row of them.
+    row_boxes: [[f32; BLOCKS]; 4],
 }
 
 impl TileRays {
@@ -26,6 +28,7 @@ impl TileRays {
             origin: [0.0; 2],
             side: 0.0,
             boxes: [[0.0; BLOCKS * BLOCKS]; 4],
+            row_boxes: [[0.0; BLOCKS]; 4],
         })
     }
 
@@ -66,26 +69,40 @@ impl TileRays {
                 values[block] = side;
             }
         }
+        for by in 0..BLOCKS {
+            let of_row = |k: usize| &self.boxes[k][by * BLOCKS..(by + 1) * BLOCKS];
+            let sides = [
+                least(of_row(0)),
+                greatest(of_row(1)),
+                least(of_row(2)),
+                greatest(of_row(3)),
+            ];
+            for (side, values) in sides.into_iter().zip(&mut self.row_boxes) {
+                values[by] = side;
+            }
+        }
         true
     }
 
-    /// First and last column and row of the tiles of the view that the rays fall in, and their box.
+    /// Least and greatest column and row of the rays.
+    pub fn sides(&self) -> [f32; 4] {
+        let [x0, x1, y0, y1] = &self.row_boxes;
+        [least(x0), greatest(x1), least(y0), greatest(y1)]
+    }
+
+    /// First and last column and row of the tiles of the view that the rays fall in.
     pub fn tiles(&self, tiling: Tiling) -> [usize; 4] {
-        let fold = |values: &[f32], pick: fn(f32, f32) -> f32, start| {
-            values.iter().fold(start, |found, &v| pick(found, v))
-        };
-        let [x0, x1, y0, y1] = &self.boxes;
-        let (inf, neg) = (f32::INFINITY, f32::NEG_INFINITY);
+        let [x0, x1, y0, y1] = self.sides();
         let tile = |v: f32, k: usize, count: usize| {
             let tile = ((v + self.origin[k]) / TILE as f32).floor();
             (tile.max(0.0) as usize).min(count - 1)
         };
         let (columns, rows) = (tiling.columns, tiling.rows);
         [
-            tile(fold(x0, f32::min, inf), 0, columns),
-            tile(fold(x1, f32::max, neg), 0, columns),
-            tile(fold(y0, f32::min, inf), 1, rows),
-            tile(fold(y1, f32::max, neg), 1, rows),
+            tile(x0, 0, columns),
+            tile(x1, 0, columns),
+            tile(y0, 1, rows),
+            tile(y1, 1, rows),
         ]
     }
 
@@ -105,14 +122,18 @@ impl TileRays {
         )
     }
 
-    /// Of the eight blocks in a row of them, those whose box a triangle's box meets: least and greatest column and row.
+    /// The rows of blocks whose box a triangle's box meets: least and greatest column and row.
+    #[inline(always)]
+    pub fn rows_of_box<S: Simd>(&self, simd: S, sides: [f32; 4]) -> u32 {
+        let [x0, x1, y0, y1] = &self.row_boxes;
+        let boxes = [x0, x1, y0, y1].map(|side| f32x8::simd_from(simd, *side));
+        boxes_met(simd, boxes, sides)
+    }
+
+    /// The same of the eight blocks in a row of them.
     #[inline(always)]
     pub fn blocks_of_box<S: Simd>(&self, simd: S, by: usize, sides: [f32; 4]) -> u32 {
-        let [x0, x1, y0, y1] = self.boxes_of_row(simd, by);
-        let [low_x, high_x, low_y, high_y] = sides;
-        let along_x = x0.simd_le(splat(simd, high_x)) & splat(simd, low_x).simd_le(x1);
-        let along_y = y0.simd_le(splat(simd, high_y)) & splat(simd, low_y).simd_le(y1);
-        mask_bits(along_x & along_y)
+        boxes_met(simd, self.boxes_of_row(simd, by), sides)
     }
 
     #[inline(always)]
@@ -152,6 +173,23 @@ impl TileRays {
         let covered = is_there & splat(simd, 1.5).simd_lt(fewest);
         (mask_bits(touched), mask_bits(covered), nearest)
     }
+}
+
+fn least(values: &[f32]) -> f32 {
+    values.iter().copied().fold(f32::INFINITY, f32::min)
+}
+
+fn greatest(values: &[f32]) -> f32 {
+    values.iter().copied().fold(f32::NEG_INFINITY, f32::max)
+}
+
+/// Which of eight boxes meet a box.
+#[inline(always)]
+fn boxes_met<S: Simd>(simd: S, [x0, x1, y0, y1]: [f32x8<S>; 4], sides: [f32; 4]) -> u32 {
+    let [low_x, high_x, low_y, high_y] = sides;
+    let along_x = x0.simd_le(splat(simd, high_x)) & splat(simd, low_x).simd_le(x1);
+    let along_y = y0.simd_le(splat(simd, high_y)) & splat(simd, low_y).simd_le(y1);
+    mask_bits(along_x & along_y)
 }
 
 /// The greatest value of a linear function in each of eight boxes.
