@@ -39,7 +39,6 @@ MODULES = (
     "testing", "pytest_plugin", "lab.papers", "lab.stress", "lab.culling", "lab.flicker",
     "lab.result_tables",
 )  # fmt: skip
-ON_CPU = lx.info().cpu["methods"]
 CITATIONS = {method["name"]: method["citation"] for method in _core.methods()}
 
 
@@ -70,15 +69,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def methods_page() -> str:
     rows = "\n".join(
-        f"| [`{name}`]({name}.md) | `lx.{method.__name__}` | {TITLES[name]} "
-        f"| {'yes' if name in ON_CPU else 'no'} |"
+        f"| [`{name}`]({name}.md) | `lx.{method.__name__}` | {TITLES[name]} |"
         for name, method in lx.METHODS.items()
     )
     lines = [
         "# Methods",
         'A method is a name, `method="rtw"`, or an object with parameters, '
         "`lx.RectilinearWarp(resolution=2048)`.",
-        f"| name | object | title | without a driver |\n|---|---|---|---|\n{rows}",
+        f"| name | object | title |\n|---|---|---|\n{rows}",
     ]
     if (RESULTS.parent / "time_against_error.png").exists():
         lines.append("![Time against error](time_against_error.png)")
@@ -90,8 +88,6 @@ def method_page(name: str, method: type) -> str:
         [
             f"# {TITLES[name]}",
             f'`method="{name}"`, or `lx.{method.__name__}` with parameters. {CITATIONS[name]}',
-            "A GPU renders it, or "
-            + ("the CPU engine, without a driver." if name in ON_CPU else "a software driver."),
             f"![Shadows by {name}, its aliasing error and its wrong pixels]({name}.png)",
             "The colonnade at 480 x 270"
             + (", with a map of 256²" if hasattr(method(), "resolution") else "")

@@ -2,7 +2,7 @@
 
 use crate::cpu;
 use crate::error::{Error, Result};
-use crate::gpu::{self, AdapterDescription, Gpu, HOW_TO_INSTALL};
+use crate::gpu::{self, AdapterDescription, Gpu};
 use std::sync::{Arc, OnceLock};
 
 /// Names the device where the caller does not.
@@ -18,34 +18,21 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// By the name of a device, of the environment's where none is given. Without any: a hardware GPU; else the
-    /// CPU, if the method has a form there, which lacks nothing; else a software driver.
-    pub fn choose(device: Option<&str>, lack: Option<String>) -> Result<Self> {
+    /// By the name of a device, of the environment's where none is given. Without any: a hardware GPU, else the CPU.
+    pub fn choose(device: Option<&str>) -> Result<Self> {
         let variable = std::env::var(VARIABLE).ok();
         if let Some(name) = device.or(variable.as_deref().filter(|name| !name.is_empty())) {
-            return Self::named(name, lack);
+            return Self::named(name);
         }
-        if has_hardware() {
-            return Ok(Self::Gpu(gpu::gpu("")?));
-        }
-        let Some(lack) = lack else {
-            return Ok(Self::Cpu);
-        };
-        match gpu::gpu("") {
-            Ok(gpu) => Ok(Self::Gpu(gpu)),
-            Err(Error::Device(reason)) => Err(Error::Device(format!("{lack}, and {reason}"))),
-            Err(other) => Err(other),
+        match has_hardware() {
+            true => Ok(Self::Gpu(gpu::gpu("")?)),
+            false => Ok(Self::Cpu),
         }
     }
 
-    fn named(name: &str, lack: Option<String>) -> Result<Self> {
+    fn named(name: &str) -> Result<Self> {
         match name.to_lowercase().as_str() {
-            "cpu" => match lack {
-                None => Ok(Self::Cpu),
-                Some(lack) => Err(Error::Device(format!(
-                    "{lack}; take device='gpu', which needs a driver: {HOW_TO_INSTALL}"
-                ))),
-            },
+            "cpu" => Ok(Self::Cpu),
             "gpu" => Ok(Self::Gpu(gpu::gpu("")?)),
             "" => Err(Error::Value(format!("{DEVICE_RULE}, got ''"))),
             name => match gpu::gpu(name) {
@@ -89,8 +76,6 @@ fn has_hardware() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::methods::Method;
-    use crate::methods::schema::Value;
 
     #[test]
     fn a_pass_of_both_engines_has_one_label() {
@@ -99,30 +84,6 @@ mod tests {
         for label in cpu::LABELS {
             let is_shared = gpu::passes::LABELS.contains(label);
             assert_ne!(is_shared, own.contains(label), "{label}");
-        }
-    }
-
-    #[test]
-    fn what_the_cpu_engine_has_not_is_refused_in_words() {
-        let choose = |name, word| {
-            let method = Method::description(name).unwrap();
-            let mut parameters = method.schema.defaults();
-            if let Ok(parameter) = method.schema.parameter("rasterization") {
-                parameters.set(parameter, Value::Text(String::from(word).into()));
-            }
-            Engine::choose(Some("cpu"), method.lack_on_cpu(Some(&parameters)))
-        };
-        assert!(matches!(choose("exact", "exact"), Ok(Engine::Cpu)));
-        assert!(matches!(choose("uniform", "exact"), Ok(Engine::Cpu)));
-        for (name, word, lack) in [
-            ("shadow_volumes", "exact", "method 'shadow_volumes'"),
-            ("uniform", "linear", "rasterization='linear'"),
-        ] {
-            let Err(Error::Device(reason)) = choose(name, word) else {
-                panic!("{lack} has a form on the CPU engine: take another one");
-            };
-            assert!(reason.starts_with(&format!("{lack} has no form on the CPU engine yet")));
-            assert!(reason.ends_with(HOW_TO_INSTALL));
         }
     }
 }

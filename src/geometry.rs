@@ -14,6 +14,11 @@ pub fn range_of(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold(none, |(least, greatest), x| (least.min(x), greatest.max(x)))
 }
 
+/// One order of all points: who shares an edge begins at the same end, and computes the same numbers.
+pub fn is_before(a: DVec3, b: DVec3) -> bool {
+    (a.x, a.y, a.z) < (b.x, b.y, b.z)
+}
+
 /// Least and greatest corner of points.
 pub fn bounds_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -8,7 +8,7 @@ use crate::geometry::bounds_of;
 use crate::light::Light;
 use crate::rounding::ROUNDING;
 use crate::scene::Scene;
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Of a determinant of differences, as a share of the sum of its terms' sizes: Shewchuk's bound ("Adaptive
@@ -91,15 +91,7 @@ const HIDDEN_SHARE: f64 = 16.0 * ROUNDING;
 /// in the lowest bits. 0: float32 finds the side; else the side plus 2. `None` where float32 finds all of them.
 pub fn sides_for_float32(scene: &Scene, light: &Light, eye: DVec3) -> Option<Vec<u32>> {
     let source = Source::of(light);
-    // The height above a plane is the product of this and the plane.
-    let (to_height, reach) = match source {
-        Source::Point(position) => (
-            (position - scene.centre()).as_vec3().extend(-1.0),
-            hidden_height(scene, position, eye),
-        ),
-        Source::Direction(towards) => (towards.as_vec3().extend(0.0), HIDDEN_SHARE),
-    };
-    let reach = reach as f32;
+    let (to_height, reach) = heights(scene, source, eye);
     let word = |(index, planes): (usize, &[Vec4])| {
         let is_near = |plane: &Vec4| plane.dot(to_height).abs() <= reach;
         if !planes.iter().fold(false, |any, plane| any | is_near(plane)) {
@@ -124,6 +116,34 @@ fn hidden_height(scene: &Scene, position: DVec3, eye: DVec3) -> f64 {
     let (low, high) = scene.bounds();
     let farthest = |point: DVec3| (point - low).abs().max((point - high).abs()).length();
     HIDDEN_SHARE * (farthest(position) + farthest(eye))
+}
+
+/// The sides of all triangles, 0 also of those without an area. Those that float32 is sure of are not asked for again.
+pub fn sides_of_triangles(scene: &Scene, light: &Light) -> Vec<i8> {
+    let source = Source::of(light);
+    let (to_height, reach) = heights(scene, source, scene.centre());
+    let side = |(triangle, plane): (usize, &Vec4)| {
+        let height = plane.dot(to_height);
+        match height.abs() <= reach {
+            false => height.signum() as i8,
+            true if plane.truncate() == Vec3::ZERO => 0,
+            true => source.side_of(scene.corners(triangle as u32)),
+        }
+    };
+    let planes = scene.planes().par_iter().enumerate();
+    planes.with_min_len(1024).map(side).collect()
+}
+
+/// What a plane is multiplied by to the height of a source above it, and what float32 may hide of that.
+fn heights(scene: &Scene, source: Source, eye: DVec3) -> (Vec4, f32) {
+    let (to_height, reach) = match source {
+        Source::Point(position) => (
+            (position - scene.centre()).as_vec3().extend(-1.0),
+            hidden_height(scene, position, eye),
+        ),
+        Source::Direction(towards) => (towards.as_vec3().extend(0.0), HIDDEN_SHARE),
+    };
+    (to_height, reach as f32)
 }
 
 /// How far beside a light a triangle may end, in heights that float32 may hide, and still be at it: the rays that leave

@@ -16,8 +16,7 @@ from conftest import View
 import lixel as lx
 from lixel import _core, cli
 
-ON_CPU = lx.info().cpu["methods"]
-EXACT = ("exact", "ray_traced")
+EXACT = ("exact", "ray_traced", "shadow_volumes")
 ADAPTERS = lx.info().adapters
 SOFTWARE = ("Cpu", "Other")
 HAS_HARDWARE = any(a["type"] not in SOFTWARE and not a["missing_features"] for a in ADAPTERS)
@@ -65,7 +64,7 @@ def test_the_cpu_engine_is_named_in_a_frame(view):
         assert str(lx.info().cpu[part]) in frame.adapter["driver"]
 
 
-@pytest.mark.parametrize("method", ON_CPU)
+@pytest.mark.parametrize("method", lx.METHODS)
 def test_any_number_of_threads_gives_the_same_image(method, view):
     seen = view.scene, view.camera, light_for(method, view)
     frames = [lx.render(*seen, method, device="cpu", threads=threads) for threads in (1, 2, 5)]
@@ -152,7 +151,7 @@ def test_without_a_name_hardware_comes_before_the_cpu_engine(no_device, view):
         if HAS_HARDWARE:
             assert kind not in (*SOFTWARE, "Cpu engine")
         else:
-            assert (kind == "Cpu engine") == (method in ON_CPU)
+            assert kind == "Cpu engine"
 
 
 def test_an_empty_word_in_the_environment_names_nothing(no_device, view, monkeypatch):
@@ -180,34 +179,6 @@ def test_auto_on_the_cpu_takes_what_never_errs(view):
     assert "CPU engine" in facts["why"]
 
 
-def test_every_method_renders_on_the_cpu_or_says_that_it_cannot(view):
-    for name in lx.METHODS:
-        seen = view.scene, view.camera, light_for(name, view), name
-        if name in ON_CPU:
-            assert lx.render_shadows(*seen, device="cpu").shape == (64, 96)
-            continue
-        words = (
-            f"method '{name}' has no form on the CPU engine yet; take device='gpu', which .*driver"
-        )
-        with pytest.raises(lx.DeviceError, match=words):
-            lx.render_shadows(*seen, device="cpu")
-    assert set(ON_CPU) == set(lx.METHODS) - {"shadow_volumes"}
-
-
-def test_straight_edges_need_a_driver(view):
-    method = lx.Uniform(rasterization="linear")
-    words = "rasterization='linear' has no form on the CPU engine yet; take device='gpu'"
-    with pytest.raises(lx.DeviceError, match=words):
-        lx.render_shadows(*view, method, device="cpu")
-    assert lx.render(*view, method, device="gpu").adapter["type"] != "Cpu engine"
-
-
-@pytest.mark.usefixtures("no_device")
-def test_what_the_cpu_engine_lacks_is_given_to_a_driver(view):
-    assert lx.render(*view, lx.Uniform(rasterization="linear")).adapter["type"] != "Cpu engine"
-    assert (lx.render(*view, "uniform").adapter["type"] == "Cpu engine") != HAS_HARDWARE
-
-
 def test_ray_queries_are_no_thing_of_the_cpu_engine(view):
     with pytest.raises(
         lx.DeviceError, match="'hardware' cannot be: the CPU engine has no ray quer"
@@ -221,8 +192,6 @@ def test_functions_that_make_parts_of_frames_take_a_device(view):
         assert of_cpu.shape == of_gpu.shape
         # A receiver on the border of two cells may be in either.
         assert np.mean(np.abs(of_cpu - of_gpu) > 1e-3) < 1e-3
-        with pytest.raises(lx.DeviceError, match="'shadow_volumes' has no form on the CPU engine"):
-            part(*view, "shadow_volumes", device="cpu")
         assert part(*view, "exact", device="cpu").shape[0] == 0
 
 
@@ -245,8 +214,6 @@ def test_a_command_takes_a_device(tmp_path, capfd):
     arguments = ["render", "plane_and_box", "--size", "48x32", "-o", str(tmp_path / "x.npy")]
     assert cli.main([*arguments, "--method", "exact", "--device", "cpu"]) == 0
     assert "caster tests" in capfd.readouterr().out
-    assert cli.main([*arguments, "--method", "shadow_volumes", "--device", "cpu"]) == 2
-    assert "'shadow_volumes' has no form on the CPU engine" in capfd.readouterr().err
     assert cli.main([*arguments, "--method", "exact", "--device", "nothing"]) == 2
     assert "device must be" in capfd.readouterr().err
     assert cli.main([*arguments, "--method", "exact", "--device", "cpu", "--threads", "2"]) == 0
@@ -260,7 +227,6 @@ def test_info_lists_the_cpu_engine_first_and_what_is_in_use(no_device):
     found = lx.info()
     lines = str(found).splitlines()
     assert lines[1] == "CPU engine"
-    assert f"  methods: {', '.join(ON_CPU)}" in lines
     assert f"  threads: {found.cpu['threads']}" in lines
     assert lines[-1] == f"in use: {found.device['name']} ({found.device['type']})"
     assert (found.device["type"] == "Cpu engine") != HAS_HARDWARE
@@ -269,7 +235,7 @@ def test_info_lists_the_cpu_engine_first_and_what_is_in_use(no_device):
 # --- Frames of the CPU engine ---
 
 
-@pytest.mark.parametrize("method", ON_CPU)
+@pytest.mark.parametrize("method", lx.METHODS)
 def test_a_frame_has_all_that_a_frame_has(method, view):
     seen = view.scene, view.camera, light_for(method, view)
     frame, other = (lx.render(*seen, method, device=device) for device in ("cpu", "gpu"))
@@ -292,7 +258,7 @@ def test_a_frame_has_all_that_a_frame_has(method, view):
     assert all(milliseconds >= 0.0 for milliseconds in frame.timings.values())
 
 
-@pytest.mark.parametrize("method", ON_CPU)
+@pytest.mark.parametrize("method", lx.METHODS)
 def test_a_list_of_lights_is_as_each_alone(method):
     scene = lx.scenes.colonnade(columns=4, detail=12)
     camera = scene.cameras["default"].resized(160, 90)
@@ -425,33 +391,29 @@ def test_without_any_driver_exact_renders():
         view = scene, scene.cameras["default"].resized(96, 64), scene.lights["default"]
         assert lx.info().adapters == []
         truth = lx.reference(*view)
-        for method in (None, "auto", "exact", "ray_traced"):
+        for method in (None, "auto", "exact", "ray_traced", "shadow_volumes"):
             frame = lx.render(*view, method)
             assert frame.adapter["type"] == "Cpu engine"
             assert lx.compare(frame, truth).misclassified_count == 0
         lx.clear_cache()
         assert lx.render(*view, "uniform").adapter["type"] == "Cpu engine"
-        for method, device in (("shadow_volumes", None), ("exact", "gpu")):
+        linear = lx.RectilinearWarp(rasterization="linear")
+        assert lx.render(*view, linear).adapter["type"] == "Cpu engine"
+        for device in ("gpu", "llvmpipe"):
             try:
-                lx.render_shadows(*view, method, device=device)
-            except lx.DeviceError as error:
+                lx.render_shadows(*view, device=device)
+            except (lx.DeviceError, ValueError) as error:
                 print(error)
-        try:
-            lx.render_shadows(*view, device="llvmpipe")
-        except ValueError as error:
-            print(error)
         """,
         **NO_DRIVER,
     )
     assert (process.returncode, process.stderr) == (0, "")
-    of_volumes, of_gpu, of_name = process.stdout.splitlines()
-    assert "method 'shadow_volumes' has no form on the CPU engine yet, and no GPU" in of_volumes
-    assert "install a Vulkan driver" in of_volumes
+    of_gpu, of_name = process.stdout.splitlines()
     assert of_gpu.startswith("no GPU adapter found; install a Vulkan driver")
     assert of_name.endswith("got 'llvmpipe': no adapter is called so; there is none")
 
 
-def test_the_demo_leaves_out_what_needs_a_driver(tmp_path):
+def test_the_demo_needs_no_driver(tmp_path):
     process = ended(
         f"""
         from lixel import cli
@@ -462,10 +424,7 @@ def test_the_demo_leaves_out_what_needs_a_driver(tmp_path):
     )
     assert process.returncode == 0, process.stderr
     shown = {line.split()[0] for line in process.stdout.splitlines() if line}
-    left_out = {name for name in lx.METHODS if name not in ON_CPU and name != "spot"}
-    assert shown >= set(ON_CPU) - {"spot"}
-    assert not shown & left_out
-    assert not left_out or "install a Vulkan driver" in process.stderr
+    assert shown >= set(lx.METHODS) - {"spot"}
     assert (tmp_path / "directional" / "exact.png").exists()
 
 

@@ -88,8 +88,6 @@ METHODS = sorted(set(lx.METHODS) - {"auto", "pcf"})
 
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_is_near_the_reference(engine, name):
-    if engine == "cpu" and name not in lx.info().cpu["methods"]:
-        pytest.skip("the CPU engine has not got it")
     method = lx.METHODS[name]()
     scene = views.small("colonnade")
     camera = camera_of(scene)

@@ -12,6 +12,8 @@ import pytest
 import lixel as lx
 from lixel.scenes import GENERATORS
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 SCENES: dict[str, dict[str, Any]] = {
     "plane_and_box": {},
     "colonnade": {"columns": 4, "detail": 12},

@@ -1,7 +1,8 @@
 """Shadow volumes against the reference: meshes closed, open and non-manifold, from all sides.
 
-The hardware rounds corners to 1/256 of a pixel, so that a few pixels at outlines may be wrong;
-where triangles are some pixels large there is none.
+Hardware rounds corners to 1/256 of a pixel, so that a few pixels at outlines may be wrong; where
+triangles are some pixels large there is none. The CPU engine decides in float64 what float32 leaves
+open, and has none.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from lixel.scenes import GENERATORS
 
 # Of 14,400 pixels. Grass and needles are nothing but outlines.
 MAX_WRONG = {"grass": 8, "needles": 4, "objects_on_floor": 2, "colonnade": 1, "terrain": 1}
+
+pytestmark = pytest.mark.usefixtures("engine")
 
 SIZE = {"width": 160, "height": 90}
 
@@ -60,12 +63,13 @@ def lights_with_a_position(scene: lx.Scene) -> list[lx.Light]:
 
 
 @pytest.mark.parametrize("name", GENERATORS)
-def test_hardly_a_pixel_is_wrong(name):
+def test_hardly_a_pixel_is_wrong(name, engine):
+    most = 0 if engine == "cpu" else MAX_WRONG.get(name, 0)
     scene = small(name)
     for light in lights_with_a_position(scene):
         for label, camera in list(cameras(scene))[:5]:
             result = compared(scene, camera, light)
-            assert result.misclassified_count <= MAX_WRONG.get(name, 0), (label, light)
+            assert result.misclassified_count <= most, (label, light)
 
 
 LIGHTS = (
@@ -134,7 +138,7 @@ def test_a_light_inside_a_closed_mesh():
     assert np.nansum(frame.visibility) == 0
 
 
-def test_random_triangles():
+def test_random_triangles(engine):
     for seed in range(12):
         scene = soup(seed, count=200)
         random = np.random.default_rng(seed)
@@ -143,7 +147,8 @@ def test_random_triangles():
             lx.DirectionalLight(random.normal(size=3)),
             lx.PointLight(random.uniform(-1, 1, 3)),
         ):
-            assert compared(scene, camera, light).misclassified_count <= 3, seed
+            most = 0 if engine == "cpu" else 3
+            assert compared(scene, camera, light).misclassified_count <= most, seed
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
@@ -158,6 +163,33 @@ def test_any_unit_of_length_and_any_place(size):
     camera = lx.Camera(pose, focal=camera.focal, centre=camera.centre, **SIZE)
     for each in (light, lx.PointLight(moved.bounds.mean(axis=0) + size * np.array([0, 30, 0]))):
         assert compared(moved, camera, each).misclassified_count == 0
+
+
+def test_what_is_nearer_than_the_camera_sees_shadows():
+    """Triangles before the near plane are not seen, but begin volumes."""
+    vertices, faces = box((-0.6, 0.8, -0.5), (0.6, 1.6, 0.5))
+    scene = on_a_floor(vertices, faces)
+    for eye, znear in (((0.3, 2.0, 0.2), 1.5), ((2.0, 2.0, 0.3), 2.1), ((0.1, 1.2, 0.0), 0.9)):
+        camera = lx.Camera.look_at(eye, (0, 0, 0.1), yfov=1.4, znear=znear, **SIZE)
+        for light in LIGHTS:
+            assert compared(scene, camera, light).misclassified_count == 0, (eye, light)
+
+
+def test_eyes_in_the_planes_of_volumes():
+    """Eye, light and edges are in one plane, or the light is at the eye."""
+    vertices, faces = box((0.0, 0.8, -0.5), (0.6, 1.6, 0.5))
+    scene = on_a_floor(vertices, faces)
+    for eye in ((0.0, 3.0, 2.0), (0.0, 0.4, 0.2), (0.6, 0.5, 0.5), (2.0, 0.8, 3.0)):
+        camera = lx.Camera.look_at(eye, (0.1, 0.2, -0.2), yfov=1.2, **SIZE)
+        above = np.array([0.0, 4.0, 0.0])
+        for light in (
+            lx.DirectionalLight((0.0, -1.0, 0.0)),
+            lx.DirectionalLight((0.0, -1.0, -0.5)),
+            lx.PointLight(above),
+            lx.PointLight((*eye[:2], -1.0)),
+            lx.PointLight(eye),
+        ):
+            assert compared(scene, camera, light).misclassified_count == 0, (eye, light)
 
 
 def test_the_same_bytes_twice():
@@ -193,6 +225,7 @@ def test_what_is_drawn_is_counted():
     assert "edges (CPU)" in again.stats["skipped"]
 
 
+@pytest.mark.not_on_cpu("it has no timestamps of a driver")
 def test_times_are_right_after_a_draw():
     """Some drivers put timestamps off to where they draw next."""
     scene = lx.scenes.colonnade(columns=4, detail=16)

@@ -223,24 +223,24 @@ def clear_cache() -> None:
 def adapters() -> list[dict[str, Any]]:
     """Every adapter: name, type, backend, driver, features, limits. Empty where there is none."""
 
-def engine(device: str | None, method: str) -> Literal["cpu", "gpu"]:
-    """The engine that carries out a method: that of a device, of ``LIXEL_DEVICE`` or the best.
+def engine(device: str | None) -> Literal["cpu", "gpu"]:
+    """The engine that renders: that of a device, of ``LIXEL_DEVICE`` or the best.
 
     Raises
     ------
     ValueError
-        An unknown device or method.
+        An unknown device.
     TypeError
         A device that is no text.
     DeviceError
-        The method has no form on the CPU engine, or no adapter is there or gives a device.
+        No adapter is there or gives a device.
     """
 
-def device(device: str | None = None, method: str = "exact") -> dict[str, Any]:
+def device(device: str | None = None) -> dict[str, Any]:
     """What `engine` chooses: name, type, backend and driver.
 
-    Of an adapter also its limits and the features used; of the CPU engine its lanes, its threads
-    and its methods. Raises as `engine` does.
+    Of an adapter also its limits and the features used; of the CPU engine its lanes and its
+    threads. Raises as `engine` does.
     """
 
 def shadows_at(

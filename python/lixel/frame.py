@@ -231,8 +231,7 @@ def render_shadows(
     TypeError
         An argument of another type.
     DeviceError
-        The CPU engine has no form of the method; no adapter; or the adapter lacks what the method
-        needs. The message says the remedy.
+        No adapter, or it lacks what the method needs. The message says the remedy.
     """
     chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
@@ -352,8 +351,8 @@ def _on(device: str | None, threads: SupportsIndex | None) -> tuple[str | None, 
 
 
 def _is_on_gpu(device: str | None) -> bool:
-    """Whether a GPU renders what both engines can."""
-    return _core.engine(device, Exact.name) == "gpu"
+    """Whether a GPU renders."""
+    return _core.engine(device) == "gpu"
 
 
 def _chosen(

@@ -18,13 +18,13 @@ class Info:
     version : str
     cpu : dict
         The CPU engine: name of the processor, type, backend, driver, lanes (the kind of vector
-        instructions), threads, and the methods that have a form there.
+        instructions) and threads.
     adapters : list of dict
         Name, type, backend, driver, features and limits of each.
     device : dict or None
         What renders where no ``device=`` is given: the CPU engine, or an adapter with its limits
-        and the features used. Methods without a form on the CPU engine take an adapter. None where
-        ``LIXEL_DEVICE`` or ``WGPU_ADAPTER_NAME`` names what there is not.
+        and the features used. None where ``LIXEL_DEVICE`` or ``WGPU_ADAPTER_NAME`` names what
+        there is not.
     problem : str or None
         Why there is none, and what to do.
     """

@@ -1,6 +1,7 @@
 //! What a light sees of a layer, where a map is not to be looked up but looked at.
 
-use super::map::{EMPTY, Map};
+use super::map::Map;
+use super::texels::EMPTY;
 use crate::projection::Projection;
 
 /// Row by row.

@@ -10,6 +10,7 @@ use super::warp_map::WarpMap;
 use super::{lanes, processor};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
+use crate::edges::Edges;
 use crate::error::{Result, ensure_value};
 use crate::light::Light;
 use crate::lock::Kept;
@@ -36,6 +37,8 @@ pub const FORWARD_LABEL: &str = "forward importance";
 pub const BLEND_LABEL: &str = "blend importance";
 pub const WARP_LABEL: &str = "warp map";
 pub const LOOKUP_LABEL: &str = "lookup";
+pub const EDGES_LABEL: &str = "edges (CPU)";
+pub const SHADOW_VOLUMES_LABEL: &str = "shadow volumes";
 
 /// The keys of a frame's timers: those of the GPU engine where a pass does the same.
 pub const LABELS: &[&str] = &[
@@ -55,6 +58,8 @@ pub const LABELS: &[&str] = &[
     BLEND_LABEL,
     WARP_LABEL,
     LOOKUP_LABEL,
+    EDGES_LABEL,
+    SHADOW_VOLUMES_LABEL,
 ];
 
 /// Pixels of an image, its tiles filled up, at most: 12 bytes of each are in memory.
@@ -65,6 +70,7 @@ const MAX_PIXELS: usize = 1 << 28;
 pub struct KeptParts {
     seen: Kept<Seen>,
     hierarchy: Kept<Hierarchy>,
+    edges: Kept<KeptEdges>,
 }
 
 /// What the last camera sees.
@@ -80,7 +86,23 @@ pub struct Hierarchy {
     pub bvh: Bvh,
 }
 
+/// What silhouettes are found on.
+pub struct KeptEdges {
+    generation: u64,
+    pub edges: Edges,
+}
+
 impl KeptParts {
+    /// The scene's edges, likewise.
+    pub fn edges(&self, scene: &Scene) -> Result<(Arc<KeptEdges>, bool)> {
+        let generation = scene.generation();
+        let holds = |known: &KeptEdges| known.generation == generation;
+        self.edges.get(holds, |_| {
+            let edges = Edges::new(scene);
+            Ok(KeptEdges { generation, edges })
+        })
+    }
+
     /// The scene's hierarchy, built at first use and after the vertices moved, and whether it was built now.
     pub fn hierarchy(&self, scene: &Scene) -> Result<(Arc<Hierarchy>, bool)> {
         let generation = scene.generation();

@@ -3,22 +3,22 @@
 use super::bins::{Bins, Cover};
 use super::known::Known;
 use super::lanes::{LANES, Simd, columns64, dispatch, each_row, f64x8, level, numbers};
+use super::linear_map::drawn_linear;
 use super::rasterize::{Image, NONE, Painter};
 use super::rays::RayTable;
 use super::receivers::{narrow, splat64};
+use super::tessellate::Piece;
+use super::texels::{EMPTY, Texels, drawn_by};
 use super::tile_rays::TileRays;
-use super::tiles::{TILE, TILE_PIXELS, Tiling};
+use super::tiles::{TILE, TILE_PIXELS};
 use super::view::{Nearness, Place, Planes, View};
 use super::warp_map::WarpMap;
+use crate::error::Result;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::sides::Source;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
-
-/// Deeper than anything: of a texel that is empty.
-pub const EMPTY: f32 = 3e38;
 
 /// A layer's texels.
 pub struct Map {
@@ -43,15 +43,7 @@ impl Map {
         light: Source,
     ) -> Self {
         let table = RayTable::new(projection, warp, light);
-        let faces = table.as_ref().and_then(|table| table.faces.clone());
-        let views = faces.unwrap_or_else(|| vec![view_of(projection, light)]);
-        let views: Vec<_> = views
-            .into_iter()
-            .map(|view| MapView {
-                places: view.places(scene),
-                view,
-            })
-            .collect();
+        let views = views_of(projection, table.as_ref(), scene, light);
         let depths = Depths::new(projection);
         let (image, depths) = match table {
             None => drawn(&views[0], scene, &depths),
@@ -62,6 +54,22 @@ impl Map {
             image,
             depths,
         }
+    }
+
+    /// As published: of pieces of triangles whose edges are straight in the map.
+    pub fn linear(
+        projection: &Projection,
+        scene: &Scene,
+        light: Source,
+        pieces: &[Piece],
+    ) -> Result<Self> {
+        let table = RayTable::new(projection, None, light);
+        let (image, depths) = drawn_linear(projection, pieces)?;
+        Ok(Self {
+            views: views_of(projection, table.as_ref(), scene, light),
+            image,
+            depths,
+        })
     }
 
     /// Stored depths row by row, 1 where nothing is seen that may shadow a receiver. What is nearer than the nearest depth
@@ -79,6 +87,21 @@ impl Map {
         let depths = self.image.tiling.row_by_row(&self.depths).into_iter();
         depths.map(stored).collect()
     }
+}
+
+fn views_of(
+    projection: &Projection,
+    table: Option<&RayTable>,
+    scene: &Scene,
+    light: Source,
+) -> Vec<MapView> {
+    let faces = table.and_then(|table| table.faces.clone());
+    let views = faces.unwrap_or_else(|| vec![view_of(projection, light)]);
+    let seen = |view: View| MapView {
+        places: view.places(scene),
+        view,
+    };
+    views.into_iter().map(seen).collect()
 }
 
 /// What a light matrix sees.
@@ -103,9 +126,6 @@ fn view_of(projection: &Projection, light: Source) -> View {
         light: Some(light),
     }
 }
-
-/// Triangles and depths of the texels, in tiles.
-type Texels = (Image, Vec<f32>);
 
 fn drawn(MapView { view, places }: &MapView, scene: &Scene, depths: &Depths) -> Texels {
     let (painter, bins) = Painter::new(view, scene, places, Cover::Middles);
@@ -153,22 +173,6 @@ fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayT
     drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
         draw(rays, tile, ids, texels)
     })
-}
-
-/// Has each tile drawn; each thread has its own state.
-fn drawn_by<T>(
-    tiling: Tiling,
-    state: impl Fn() -> T + Sync + Send,
-    draw: impl Fn(&mut T, usize, &mut [u32], &mut [f32; TILE_PIXELS]) + Sync + Send,
-) -> Texels {
-    let mut triangles = vec![0; tiling.tiles() * TILE_PIXELS];
-    let mut texels = vec![0.0; triangles.len()];
-    let tiles = triangles.par_chunks_mut(TILE_PIXELS);
-    let tiles = tiles.zip(texels.par_chunks_mut(TILE_PIXELS)).enumerate();
-    tiles.for_each_init(state, |state, (tile, (ids, texels))| {
-        draw(state, tile, ids, texels.try_into().expect("a tile"));
-    });
-    (Image { tiling, triangles }, texels)
 }
 
 /// The rays of a tile's texels.

@@ -6,9 +6,10 @@ use super::depth_image::DepthImage;
 use super::exact::exact;
 use super::forward_importance::forward_importance;
 use super::frame::{
-    BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
+    BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, EDGES_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
     IMPORTANCE_LABEL, LOOKUP_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded,
-    SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, WARP_LABEL, check_map,
+    SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, SHADOW_VOLUMES_LABEL,
+    WARP_LABEL, check_map,
 };
 use super::importance_map::{Words, importance_map};
 use super::lookup::{LookedUp, lookup};
@@ -18,9 +19,11 @@ use super::rasterize::Image;
 use super::receivers::Receivers;
 use super::shadow_edge::shadow_edge;
 use super::shadow_rays::shadow_rays;
+use super::shadow_volumes::shadow_volumes;
+use super::tessellate::tessellate;
 use super::warp_map::WarpMap;
 use crate::camera::Camera;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride};
@@ -115,6 +118,24 @@ pub struct Analysed {
 }
 
 impl Frame<'_> {
+    fn draw(&mut self, plan: &PlannedLayer, rasterization: Rasterization) -> Result<Map> {
+        let (projection, warp) = (&plan.layer.projection, plan.warp.as_ref());
+        check_map(projection)?;
+        let (scene, light) = (self.scene, Source::of(self.light));
+        let (map, pieces) = self.timed(SHADOW_MAP_LABEL, |_| match rasterization {
+            Rasterization::Exact => Ok((Map::new(projection, warp, scene, light), None)),
+            Rasterization::Linear { longest_edge } => {
+                let pieces = tessellate(projection, warp, scene, longest_edge)?;
+                let map = Map::linear(projection, scene, light, &pieces)?;
+                Ok((map, Some(pieces.len())))
+            }
+        })?;
+        if let Some(pieces) = pieces {
+            self.count(SHADOW_MAP_LABEL, "rasterized", pieces as u64);
+        }
+        Ok(map)
+    }
+
     /// Casters into each layer, and the receivers of an image against it.
     fn answer(
         &mut self,
@@ -123,17 +144,9 @@ impl Frame<'_> {
         settings: MapSettings,
         plans: Vec<PlannedLayer>,
     ) -> Result<Recorded> {
-        if settings.rasterization != Rasterization::Exact {
-            return is_missing("maps with rasterization 'linear'");
-        }
-        let light = Source::of(self.light);
         let mut layers = Vec::new();
         for plan in plans {
-            check_map(&plan.layer.projection)?;
-            let map = self.timed(SHADOW_MAP_LABEL, |frame| {
-                let projection = &plan.layer.projection;
-                Map::new(projection, plan.warp.as_ref(), frame.scene, light)
-            });
+            let map = self.draw(&plan, settings.rasterization)?;
             layers.push(DrawnLayer { plan, map });
         }
         let visibility = self.timed(LOOKUP_LABEL, |frame| {
@@ -159,13 +172,6 @@ impl Recorded {
             layers: vec![],
         }
     }
-}
-
-/// A method that has not all of its verbs here is given to the other engine.
-fn is_missing<T>(verb: &str) -> Result<T> {
-    Err(Error::Device(format!(
-        "{verb} have no form on the CPU engine yet; take device='gpu'"
-    )))
 }
 
 impl<'a> Verbs<'a> for Frame<'a> {
@@ -212,7 +218,14 @@ impl<'a> Verbs<'a> for Frame<'a> {
     }
 
     fn shadow_volumes(&mut self) -> Result<Recorded> {
-        is_missing("shadow volumes")
+        let start = Instant::now();
+        let (edges, is_new) = self.kept.edges(self.scene)?;
+        self.add_kept(EDGES_LABEL, start, is_new);
+        let (visibility, sides) = self.timed(SHADOW_VOLUMES_LABEL, |frame| {
+            shadow_volumes(&frame.receivers(), &edges.edges)
+        });
+        self.count(SHADOW_VOLUMES_LABEL, "sides", sides);
+        Ok(Recorded::without_layers(visibility))
     }
 
     fn weights(&mut self, _: &str, values: &[f32], size: [u32; 2]) -> Result<Grid<Words>> {

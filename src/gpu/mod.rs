@@ -17,6 +17,6 @@ mod tables;
 pub mod unsure;
 pub mod view;
 
-pub use adapters::{AdapterDescription, HOW_TO_INSTALL, adapters, has_hardware};
+pub use adapters::{AdapterDescription, adapters, has_hardware};
 pub use device::{Gpu, gpu, opened};
 pub use wgpu::Limits;

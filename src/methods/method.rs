@@ -25,9 +25,6 @@ pub trait ShadowMethod: ParameterGroup {
         Ok(())
     }
 
-    /// Whether the CPU engine has all of the method's verbs.
-    const IS_ON_CPU: bool = true;
-
     /// Whether it knows of the holes of masked triangles.
     const KNOWS_MASKS: bool = true;
 
@@ -43,19 +40,6 @@ pub fn mapped_shadows<'a, V: Verbs<'a>>(
 ) -> Result<V::Recorded> {
     let layers = layers.into_iter().map(LayerOf::<V>::from).collect();
     view.shadows(map, layers)
-}
-
-impl Description {
-    /// What of the method has no form on the CPU engine, if anything, in words; with `parameters` they count.
-    pub fn lack_on_cpu(&self, parameters: Option<&Parameters>) -> Option<String> {
-        let is_linear = || parameters.is_some_and(|p| p.says("rasterization", "linear"));
-        let lack = match self.is_on_cpu {
-            false => format!("method '{}'", self.schema.name),
-            true if is_linear() => "rasterization='linear'".to_string(),
-            true => return None,
-        };
-        Some(format!("{lack} has no form on the CPU engine yet"))
-    }
 }
 
 impl Description {
@@ -77,8 +61,6 @@ pub struct Description {
     pub citation: &'static str,
     /// Name and parameters.
     pub schema: Schema,
-    /// Whether it has a form on the CPU engine.
-    pub is_on_cpu: bool,
     /// Whether it knows of the holes of masked triangles.
     pub knows_masks: bool,
 }

@@ -50,7 +50,6 @@ macro_rules! methods {
                     title: <$type>::TITLE,
                     citation: <$type>::CITATION,
                     schema: <$type>::SCHEMA,
-                    is_on_cpu: <$type>::IS_ON_CPU,
                     knows_masks: <$type>::KNOWS_MASKS,
                 },)+]
             }

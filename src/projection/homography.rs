@@ -37,11 +37,6 @@ impl<L: Lane> Homography<L> {
         q.xy() / self.width_at(q.z)
     }
 
-    #[inline(always)]
-    fn homogeneous_texel(&self, q: V3<L>) -> V3<L> {
-        times(&self.texel_from_place, self.homogeneous_from_projected(q))
-    }
-
     /// The product of a plane's normal with the direction of the ray through a place.
     #[inline(always)]
     fn steepness_at(&self, normal: V3<L>, place: V2<L>) -> L {
@@ -82,6 +77,11 @@ impl<L: Lane> Formulas<L> for Homography<L> {
         let is_before = self.convergence.constant(0.0).less(texel.z);
         // Nothing behind the horizon is in the map.
         (texel.xy() / texel.z).map(|t| L::select(is_before, t, self.convergence.constant(NOWHERE)))
+    }
+
+    #[inline(always)]
+    fn homogeneous_texel(&self, q: V3<L>) -> V3<L> {
+        times(&self.texel_from_place, self.homogeneous_from_projected(q))
     }
 
     #[inline(always)]
@@ -267,6 +267,11 @@ impl ProjectionKind for Homography {
         let stretched = Self::new(texels * matrix(&self.texel_from_place), self.reach);
         let stretched = stretched.with_convergence(self.convergence);
         (stretched.into(), DVec2::ONE)
+    }
+
+    // Before the horizon.
+    fn side_from_projected(&self, projection: &Projection, q: V3<f64>) -> f64 {
+        self.homogeneous_texel(q).z - self.least_w(projection)
     }
 
     fn convergence(&self) -> f64 {

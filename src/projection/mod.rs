@@ -90,6 +90,13 @@ pub trait Formulas<L: Lane> {
     /// Where a triangle's edges and the rays are compared.
     fn homogeneous_from_projected(&self, q: V3<L>) -> V3<L>;
     fn centred_texel_from_projected(&self, q: V3<L>) -> V2<L>;
+
+    /// Centred texel times w, and w: what depths are divided by before they are interpolated along lines of the map.
+    #[inline(always)]
+    fn homogeneous_texel(&self, q: V3<L>) -> V3<L> {
+        self.homogeneous_from_projected(q)
+    }
+
     fn projected_from_ray(&self, ray: V3<L>, depth: L) -> V3<L>;
     fn depth_from_projected(&self, q: V3<L>) -> L;
     fn ray_from_projected(&self, q: V3<L>) -> V3<L>;
@@ -130,6 +137,11 @@ pub trait ProjectionKind: Formulas<f64> {
     /// Whether the rays come from the projection's origin.
     fn is_central(&self) -> bool {
         false
+    }
+
+    /// Positive in the half of space that corners can be taken from to the map.
+    fn side_from_projected(&self, _: &Projection, _: V3<f64>) -> f64 {
+        1.0
     }
 
     /// Texels per unit of a plane that is no plane of the world.

@@ -46,6 +46,13 @@ impl<L: Lane> Formulas<L> for Paraboloid<L> {
         Self::plane_from_projected(q).zip(self.scale, L::mul)
     }
 
+    // Published paraboloids interpolate distances, as if nothing was projected.
+    #[inline(always)]
+    fn homogeneous_texel(&self, q: V3<L>) -> V3<L> {
+        self.centred_texel_from_projected(q)
+            .extend(q.x.constant(1.0))
+    }
+
     #[inline(always)]
     fn projected_from_ray(&self, ray: V3<L>, depth: L) -> V3<L> {
         ray * depth
@@ -153,6 +160,11 @@ impl ProjectionKind for Paraboloid {
 
     fn is_central(&self) -> bool {
         true
+    }
+
+    // Before the rim.
+    fn side_from_projected(&self, _: &Projection, q: V3<f64>) -> f64 {
+        q.z
     }
 
     fn plane_scale(&self) -> DVec2 {

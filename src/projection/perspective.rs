@@ -95,6 +95,11 @@ impl ProjectionKind for Perspective {
         true
     }
 
+    // Behind the near plane. A corner nearer than 2^-16 of the farthest depth would be placed by float32's rounding.
+    fn side_from_projected(&self, projection: &Projection, q: V3<f64>) -> f64 {
+        q.z - projection.near.max(projection.far / 65536.0)
+    }
+
     fn plane_radius(&self, angle: f64) -> f64 {
         angle.tan()
     }

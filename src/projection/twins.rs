@@ -11,7 +11,7 @@ fn row(i: u32) -> vec4<f32> {
     return vec4<f32>(inputs[i], inputs[i + 1u], inputs[i + 2u], 0.0);
 }
 
-fn twin(i: u32) -> array<f32, 29> {
+fn twin(i: u32) -> array<f32, 32> {
     let q = row(i).xyz;
     let normal = row(i + 3u).xyz;
     let texel = row(i + 6u).xy;
@@ -26,6 +26,7 @@ fn twin(i: u32) -> array<f32, 29> {
         projection.place_from_texel[j] = row(i + 23u + 3u * j);
     }
     let homogeneous = homogeneous_from_projected(projection, q);
+    let on_map = homogeneous_texel(projection, q);
     let centred = centred_texel_from_projected(projection, q);
     let point = projected_from_ray(projection, normal, depth);
     let of_point = ray_from_projected(projection, q);
@@ -34,7 +35,7 @@ fn twin(i: u32) -> array<f32, 29> {
     let plane = depth_plane(projection, normal, q, depth);
     let slope = depth_slope(projection, normal, q);
     let height = height_slope(projection, normal, q);
-    return array<f32, 29>(
+    return array<f32, 32>(
         homogeneous.x, homogeneous.y, homogeneous.z,
         centred.x, centred.y,
         point.x, point.y, point.z,
@@ -49,6 +50,7 @@ fn twin(i: u32) -> array<f32, 29> {
         beam_growth(projection, q),
         texel_width(projection, q),
         height.x, height.y,
+        on_map.x, on_map.y, on_map.z,
     );
 }
 ";
@@ -88,7 +90,8 @@ fn outputs<L: Lane>(kind: &impl Formulas<L>, inputs: &[L]) -> Vec<L> {
         kind.texel_width(q),
     ]);
     let height = kind.height_slope(normal, q);
-    found.extend([height.x, height.y]);
+    let on_map = kind.homogeneous_texel(q);
+    found.extend([height.x, height.y, on_map.x, on_map.y, on_map.z]);
     found
 }
 

@@ -1,6 +1,6 @@
 //! Frames: from a scene, a camera, lights and a method to arrays.
 
-use super::parameters::{AskedMethod, method_from_python};
+use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
@@ -50,12 +50,8 @@ pub fn render<'py>(
     let (name, parameters) = &method;
     let py = parameters.py();
     let (device, threads) = on;
-    let AskedMethod {
-        method,
-        lack_on_cpu,
-        ignores_masks,
-    } = method_from_python(name, parameters)?;
-    let engine = engine_of(py, device.as_ref(), lack_on_cpu)?;
+    let (method, ignores_masks) = method_from_python(name, parameters)?;
+    let engine = engine_of(py, device.as_ref())?;
     refuse_masks(&scene.read(), ignores_masks)?;
     let is_on_cpu = matches!(engine, Engine::Cpu);
     let outputs = Outputs::from_names(&outputs, culling)?;

@@ -11,7 +11,7 @@ use crate::cpu;
 use crate::engine::{DEVICE_RULE, Engine};
 use crate::error::Error;
 use crate::gpu;
-use crate::methods::{Method, scene_optimized};
+use crate::methods::scene_optimized;
 use crate::occlusion;
 use crate::reference::{self, Reference};
 use crate::scene::Scene;
@@ -235,8 +235,8 @@ fn adapters(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
         .collect()
 }
 
-/// The engine of a device's name, or the best there is for a method that lacks something on the CPU or nothing.
-fn engine_of(py: Python, device: Option<&Bound<PyAny>>, lack: Option<String>) -> PyResult<Engine> {
+/// The engine of a device's name, or the best there is.
+fn engine_of(py: Python, device: Option<&Bound<PyAny>>) -> PyResult<Engine> {
     check_process()?;
     let text = |device: &Bound<PyAny>| {
         device.extract::<String>().or_else(|_| {
@@ -245,28 +245,22 @@ fn engine_of(py: Python, device: Option<&Bound<PyAny>>, lack: Option<String>) ->
         })
     };
     let device = device.map(text).transpose()?;
-    Ok(py.detach(|| Engine::choose(device.as_deref(), lack))?)
+    Ok(py.detach(|| Engine::choose(device.as_deref()))?)
 }
 
 #[pyfunction]
-#[pyo3(signature = (device, method))]
-fn engine(py: Python, device: Option<&Bound<PyAny>>, method: &str) -> PyResult<&'static str> {
-    let lack = Method::description(method)?.lack_on_cpu(None);
-    Ok(match engine_of(py, device, lack)? {
+#[pyo3(signature = (device))]
+fn engine(py: Python, device: Option<&Bound<PyAny>>) -> PyResult<&'static str> {
+    Ok(match engine_of(py, device)? {
         Engine::Cpu => "cpu",
         Engine::Gpu(_) => "gpu",
     })
 }
 
 #[pyfunction]
-#[pyo3(signature = (device=None, method="exact"))]
-fn device<'py>(
-    py: Python<'py>,
-    device: Option<&Bound<PyAny>>,
-    method: &str,
-) -> PyResult<Bound<'py, PyDict>> {
-    let lack = Method::description(method)?.lack_on_cpu(None);
-    let engine = engine_of(py, device, lack)?;
+#[pyo3(signature = (device=None))]
+fn device<'py>(py: Python<'py>, device: Option<&Bound<PyAny>>) -> PyResult<Bound<'py, PyDict>> {
+    let engine = engine_of(py, device)?;
     let result = adapter_to_python(py, &engine.description())?;
     match &engine {
         Engine::Gpu(gpu) => {
@@ -275,11 +269,8 @@ fn device<'py>(
         }
         Engine::Cpu => {
             let cpu::Description { lanes, threads, .. } = cpu::description();
-            let methods = Method::list().into_iter().filter(|method| method.is_on_cpu);
-            let methods: Vec<_> = methods.map(|method| method.schema.name).collect();
             result.set_item("lanes", lanes)?;
             result.set_item("threads", threads)?;
-            result.set_item("methods", methods)?;
         }
     }
     Ok(result)

@@ -92,21 +92,15 @@ pub fn check_parameters<'py>(
     Ok(result)
 }
 
-/// A method, what it lacks on the CPU engine, and what of it takes masked triangles for solid ones.
-pub struct AskedMethod {
-    pub method: Method,
-    pub lack_on_cpu: Option<String>,
-    pub ignores_masks: Option<String>,
-}
-
-pub fn method_from_python(name: &str, values: &Bound<PyDict>) -> PyResult<AskedMethod> {
+/// A method, and what of it takes masked triangles for solid ones.
+pub fn method_from_python(
+    name: &str,
+    values: &Bound<PyDict>,
+) -> PyResult<(Method, Option<String>)> {
     let description = Method::description(name)?;
     let parameters = from_python(description.schema, values)?;
-    Ok(AskedMethod {
-        method: Method::new(description.schema, &parameters)?,
-        lack_on_cpu: description.lack_on_cpu(Some(&parameters)),
-        ignores_masks: description.ignores_masks(&parameters),
-    })
+    let ignores_masks = description.ignores_masks(&parameters);
+    Ok((Method::new(description.schema, &parameters)?, ignores_masks))
 }
 
 fn from_python(schema: Schema, values: &Bound<PyDict>) -> PyResult<Parameters> {

@@ -38,8 +38,10 @@ HOLES = ("pytest", "tests/test_masks.py")
 CPU_ENGINE = ("cargo", "--lib", "cpu::")
 CHOICE = (
     "pytest", "tests/test_devices.py", "-k",
-    "by_environment or hardware_comes or renders_on_the_cpu or names_nothing",
+    "by_environment or hardware_comes or names_nothing",
 )  # fmt: skip
+VOLUMES = ("pytest", "tests/test_shadow_volumes.py", "-k", "cpu and not hardly")
+STRAIGHT = ("pytest", "tests/test_rasterization.py", "-k", "cpu and stay_lines and cube")
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,9 @@ CPU_RASTER = "src/cpu/rasterize.rs"
 CPU_GRID = "src/cpu/light_grid.rs"
 CPU_TESTS = "src/cpu/caster_tests.rs"
 CPU_RECEIVERS = "src/cpu/receivers.rs"
+CPU_VOLUMES = "src/cpu/shadow_volumes.rs"
+CPU_FACES = "src/cpu/volume_faces.rs"
+CPU_LINEAR = "src/cpu/linear_map.rs"
 
 MUTANTS = (
     Mutant(
@@ -191,13 +196,23 @@ MUTANTS = (
     ),
     Mutant(
         "choice of engine", "a software driver comes before the CPU engine", ENGINE,
-        "let Some(lack) = lack else {\n            return Ok(Self::Cpu);\n        };",
-        "let lack = lack.unwrap_or_default();", CHOICE,
+        "match has_hardware() {",
+        "match true {", CHOICE,
     ),
     Mutant(
-        "choice of engine", "the CPU engine takes what it has not", ENGINE,
-        "            \"cpu\" => match lack {",
-        "            \"cpu\" => match lack.filter(|_| false) {", CHOICE,
+        "CPU engine", "an eye is in no shadow volume", CPU_VOLUMES,
+        "count: at_eye,",
+        "count: 0 * at_eye,", VOLUMES,
+    ),
+    Mutant(
+        "CPU engine", "lines of sight enter sides that they leave", CPU_FACES,
+        "entered: volumes * eye_side,",
+        "entered: volumes,", VOLUMES,
+    ),
+    Mutant(
+        "CPU engine", "depths between straight edges are those of no perspective", CPU_LINEAR,
+        "weighted(|corner| 1.0 / corner.w),",
+        "weighted(|_| 1.0),", STRAIGHT,
     ),
     Mutant(
         "twins", "an edge is computed from the triangle's own end", EDGES,

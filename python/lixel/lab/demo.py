@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import _core, scenes
+from .. import scenes
 from ..camera import Camera
 from ..compare import compare
 from ..frame import FrameParts, frame_parts, render
@@ -50,8 +50,8 @@ def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     low, high = scene.bounds
     point_light = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
     status(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
-    methods = those_that_render(method() for method in METHODS.values() if method().takes(light))
-    around = those_that_render(method_from(name) for name in AROUND_A_POINT_LIGHT)
+    methods = [method() for method in METHODS.values() if method().takes(light)]
+    around = [method_from(name) for name in AROUND_A_POINT_LIGHT]
     tables = {
         "directional": evaluate(scene, camera, light, methods, folder / "directional", 3),
         "point": evaluate(scene, camera, point_light, around, folder / "point", 3),
@@ -63,20 +63,6 @@ def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
         print()
     print(f"pictures in {folder}: shadows.png, and one for each row with its misclassified pixels")
     return [{"light": kind, **row} for kind, rows in tables.items() for row in rows]
-
-
-def those_that_render(methods: Iterable[Method]) -> list[Method]:
-    """The methods without those that need an adapter, where there is none; and says which."""
-    found, left_out = [], {}
-    for method in methods:
-        try:
-            _core.engine(None, method.name)
-            found.append(method)
-        except _core.DeviceError as error:
-            left_out[method.spelling] = error
-    if left_out:
-        status(f"left out: {', '.join(left_out)}; {[*left_out.values()][-1]}")
-    return found
 
 
 def evaluate(

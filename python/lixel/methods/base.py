@@ -199,8 +199,8 @@ class ShadowMapMethod(ShadowMethod):
         For ``"linear"``: triangles are split at the middles of their edges until no edge in the map
         is longer than this share of its side; 0.05, 0.025 and 0.01 are the paper's. Where two
         functions of `NonOrthogonalWarp` differ, an edge that crosses from one to the other may stay
-        longer. None: no triangle is split. If the pieces do not fit on the device, a `DeviceError`
-        is raised.
+        longer. None: no triangle is split. If the pieces do not fit in memory, a `DeviceError` is
+        raised.
     lookup : {"auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
         How a receiver is compared with the map.
 

@@ -120,7 +120,7 @@ class Exact(ShadowMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class ShadowVolumes(ShadowMethod):
-    """The volumes behind triangles, counted at each receiver by the hardware rasterizer (z-fail).
+    """The volumes behind triangles that each receiver is in, counted along its line of sight.
 
     A triangle, oriented to face the light, shades the volume between itself, the planes through its
     edges and the light, and infinity. A receiver ``p`` is inside as many volumes as its line of
@@ -135,15 +135,21 @@ class ShadowVolumes(ShadowMethod):
     shadows itself, and no bias is needed: nothing visible is nearer than the receiver, and the
     plane through edge and light says whether a side is beyond it.
 
-    Limits: the hardware rounds corners to 1/256 of a pixel, so that a few pixels at outlines of
-    triangles and volumes are misclassified; docs/results counts them. Time grows with the area of
-    all volumes in the image. Edges are found on the CPU when the scene is new or its vertices have
-    moved.
+    A GPU counts the faces beyond each receiver on its rasterization hardware (z-fail). The CPU
+    engine counts the sides before it, and begins with the volumes that the eye is in (z-pass): the
+    sum is the same, and no triangle is drawn. Parts of the image where a side is before all
+    receivers or behind them are counted at once, and what float32 leaves open is decided in
+    float64, so that no pixel is known to differ from `reference` but its ties.
+
+    Limits: a GPU rounds corners to 1/256 of a pixel, so that a few pixels at outlines of triangles
+    and volumes are misclassified; docs/results counts them. Time grows with the area of all volumes
+    in the image, on the CPU engine with the length of their outlines. Edges are found on the CPU
+    when the scene is new or its vertices have moved.
 
     Raises
     ------
     DeviceError
-        From `render`: an image wider or higher than the device's textures.
+        From `render`: an image wider or higher than the textures of the GPU.
 
     References
     ----------

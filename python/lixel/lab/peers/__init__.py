@@ -25,7 +25,7 @@ from ...camera import Camera
 from ...compare import compare
 from ...frame import render_shadows
 from ...light import DirectionalLight, Light
-from ...methods import METHODS, Method
+from ...methods import Method
 from ...reference import Reference, reference
 from ...scene import Scene
 from ..options import (
@@ -140,7 +140,7 @@ def measure(
                 contender.milliseconds.append(contender.time())
 
     rows = [_row(contender, truth) for contender in contenders]
-    device = _core.device(method=method.name if method.name in METHODS else "exact")
+    device = _core.device()
     print(
         f"{scene.triangle_count:,} triangles, {camera.width} x {camera.height} pixels, "
         f"on {device.get('name', '?')}, driver {device.get('driver', '?')}"
