@@ -1,5 +1,6 @@
 # make demo     build, render, write pictures into out/, print a table
-# make test     build and run every test
+# make test     build and run the tests on the CPU engine; LIXEL_DEVICE=gpu make test runs those of
+#               the shaders, too
 # make lint     formatting, lints and types
 # make fmt      format everything
 # make coverage line coverage by the tests, in out/coverage/coverage.csv
@@ -28,7 +29,7 @@ demo: setup $(VENV)/.installed build
 
 test: setup-test $(VENV)/.installed-test build
 	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')" \
-	  cargo test --locked
+	  cargo test --locked $(if $(filter-out cpu,$(LIXEL_DEVICE)),-- --include-ignored)
 	$(BIN)/python -m pytest --numprocesses=$(TESTERS) --dist=loadfile
 
 coverage: setup-test $(VENV)/.installed-test

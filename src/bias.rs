@@ -238,6 +238,7 @@ fn twin(i: u32) -> array<f32, 9> {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn shaders_of_biases_compute_what_rust_does() {
         for is_central in [false, true] {
             let mut random = Random(1);

@@ -35,6 +35,15 @@ impl<T> Kept<T> {
         Ok((built, true))
     }
 
+    /// What is kept now.
+    pub fn known(&self) -> Option<Arc<T>> {
+        lock(&self.0).clone()
+    }
+
+    pub fn keep(&self, built: T) {
+        *lock(&self.0) = Some(Arc::new(built));
+    }
+
     pub fn forget(&self) {
         *lock(&self.0) = None;
     }

@@ -252,6 +252,7 @@ fn twin(i: u32) -> array<f32, 13> {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn shaders_of_shadow_rays_compute_what_rust_does() {
         let mut random = Random(1);
         let cases: Vec<_> = (0..20_000).map(|_| case(&mut random)).collect();

@@ -10,9 +10,11 @@ import pytest
 
 import lixel as lx
 
-# The suite tests the shaders, on whatever adapter there is. Tests of the CPU engine name it, and
-# those of both engines take the fixture `engine`.
-os.environ.setdefault("LIXEL_DEVICE", "gpu")
+# The engine of all tests that name none. With "gpu", the shaders are tested as well, on whatever
+# adapter there is: by these tests, and by those that take the fixture `engine`.
+os.environ.setdefault("LIXEL_DEVICE", "cpu")
+TESTS_SHADERS = os.environ["LIXEL_DEVICE"] != "cpu"
+ENGINES = ("gpu", "cpu") if TESTS_SHADERS else ("cpu",)
 
 
 class View(NamedTuple):
@@ -33,21 +35,21 @@ def truth(view: View) -> lx.Reference:
     return lx.reference(*view)
 
 
-@pytest.fixture(scope="module", params=["gpu", "cpu"])
+@pytest.fixture(scope="module", params=ENGINES)
 def engine(request: pytest.FixtureRequest) -> Iterator[str]:
-    """Both engines in turn, as the device of all that names none."""
+    """The engines that are tested, in turn, as the device of all that names none."""
     with pytest.MonkeyPatch.context() as patch:
-        if request.param == "cpu" or os.environ["LIXEL_DEVICE"] == "cpu":
-            patch.setenv("LIXEL_DEVICE", request.param)
+        if request.param == "cpu":
+            patch.setenv("LIXEL_DEVICE", "cpu")
         yield request.param
 
 
 @pytest.fixture(autouse=True)
 def _leave_out_what_differs(request: pytest.FixtureRequest) -> None:
-    if "engine" not in request.fixturenames or request.getfixturevalue("engine") != "cpu":
-        return
     marker = request.node.get_closest_marker("not_on_cpu")
-    if marker is not None:
+    takes_both = "engine" in request.fixturenames
+    engine = request.getfixturevalue("engine") if takes_both else os.environ["LIXEL_DEVICE"]
+    if marker is not None and engine == "cpu":
         pytest.skip(f"on the CPU engine: {marker.args[0]}")
 
 
@@ -59,3 +61,8 @@ def ray_queries() -> lx.RayTraced:
     if "EXPERIMENTAL_RAY_QUERY" not in device.get("used_features", ()):
         pytest.skip(f"{device['name']} ({device['driver']}) has no ray queries")
     return lx.RayTraced(traversal="hardware")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    if not TESTS_SHADERS:
+        terminalreporter.write_line("The shaders were not tested: LIXEL_DEVICE=gpu make test does.")

@@ -52,6 +52,7 @@ def test_the_promise_is_kept(name, cheap_maps):
             assert told["predicted_error"] <= max_error
 
 
+@pytest.mark.not_on_cpu("there it takes what never errs")
 def test_maps_are_taken_where_they_are_cheaper_and_good_enough(cheap_maps):
     scene = small("colonnade")
     view = scene, scene.cameras["default"].resized(320, 180), scene.lights["default"]
@@ -71,6 +72,7 @@ def test_maps_are_taken_where_they_are_cheaper_and_good_enough(cheap_maps):
     assert frame.timings.keys() >= alone.timings.keys() - {"visibility"}
 
 
+@pytest.mark.not_on_cpu("there it takes what never errs")
 def test_a_map_that_is_not_good_enough_is_not_taken(cheap_maps, monkeypatch):
     scene = small("grass")
     view = scene, scene.cameras["default"].resized(320, 180), scene.lights["default"]
@@ -83,6 +85,7 @@ def test_a_map_that_is_not_good_enough_is_not_taken(cheap_maps, monkeypatch):
     assert lx.render(*view, max_error=0.001).method == lx.LightSpacePerspective(resolution=512)
 
 
+@pytest.mark.not_on_cpu("there it takes what never errs")
 def test_no_map_is_tried_where_rays_are_cheaper(view, monkeypatch):
     changed(monkeypatch, ms={"ray_traced": [1e-3, 0.0, 0.0, 0.0]})
     frame = lx.render(*view, max_error=0.1)
@@ -94,6 +97,7 @@ def test_no_map_is_tried_where_rays_are_cheaper(view, monkeypatch):
     assert lx.render(*view, max_error=0.0).method == lx.Exact()
 
 
+@pytest.mark.not_on_cpu("there it takes what never errs")
 def test_too_little_time_is_said(cheap_maps, view):
     frame = lx.render(*view, max_error=0.0, max_ms=1e-3)
     told = frame.stats["auto"]
@@ -103,6 +107,7 @@ def test_too_little_time_is_said(cheap_maps, view):
     assert lx.render(*view, max_error=0.0, max_ms=1e9).method in (lx.Exact(), lx.RayTraced())
 
 
+@pytest.mark.not_on_cpu("there it takes what never errs")
 @pytest.mark.parametrize("of_rays", [0.5, 0.9, 1.0, 1.1, 3.0, 30.0])
 @pytest.mark.parametrize("max_ms", [1e-3, 1.0, 15.0, 40.0, 200.0, None])
 def test_no_map_is_taken_that_is_expected_slower_and_wrong(of_rays, max_ms, view, monkeypatch):
@@ -122,6 +127,7 @@ def test_no_map_is_taken_that_is_expected_slower_and_wrong(of_rays, max_ms, view
         assert told["predicted_error"] == 0.0
 
 
+@pytest.mark.not_on_cpu("there it takes what never errs")
 def test_more_time_is_less_error(cheap_maps, view):
     resolutions = []
     for max_ms in (1e-3, 400.0, 1e5):

@@ -94,6 +94,7 @@ def test_a_number_of_threads_that_there_cannot_be_is_refused(threads, error, vie
         lx.render_shadows(*view, "exact", device="cpu", threads=threads)
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 @pytest.mark.parametrize("name", ["cpu", "CPU", "Cpu"])
 def test_the_cpu_by_argument_and_by_environment(name, view, monkeypatch):
     by_argument = lx.render(*view, "exact", device=name)
@@ -104,6 +105,7 @@ def test_the_cpu_by_argument_and_by_environment(name, view, monkeypatch):
     assert lx.render(*view, "exact", device="gpu").adapter["type"] != "Cpu engine"
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_an_adapter_by_a_part_of_its_name(view):
     name = ADAPTERS[0]["name"]
     for part in (name, name.upper(), name[1:5].lower()):
@@ -111,6 +113,7 @@ def test_an_adapter_by_a_part_of_its_name(view):
     assert lx.render(*view, "exact", device="gpu").adapter["name"] == name
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_two_names_of_one_adapter_are_one_device(view):
     name = ADAPTERS[0]["name"]
     lx.render(*view, "uniform", device="gpu")
@@ -118,6 +121,7 @@ def test_two_names_of_one_adapter_are_one_device(view):
     assert "visibility" in lx.render(*view, "uniform", device=name).stats["skipped"]
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 @pytest.mark.parametrize("device", ["no such thing", ""])
 def test_an_unknown_device_is_a_value_error(device, view):
     with pytest.raises(
@@ -160,6 +164,7 @@ def test_an_empty_word_in_the_environment_names_nothing(no_device, view, monkeyp
     assert lx.render(*view, "exact").adapter == found
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_the_method_for_want_of_one(no_device, view, monkeypatch):
     assert lx.render(*view, device="cpu").method == lx.Exact()
     assert "auto" in lx.render(*view, device="gpu").stats
@@ -170,6 +175,7 @@ def test_the_method_for_want_of_one(no_device, view, monkeypatch):
         lx.render_shadows(*view, "exact", device="cpu", max_error=0.1)
 
 
+@pytest.mark.not_on_cpu("it compares the engines")
 def test_auto_on_the_cpu_takes_what_never_errs(view):
     frame = lx.render(*view, "auto", device="cpu")
     assert frame.method == lx.Exact()
@@ -186,6 +192,7 @@ def test_ray_queries_are_no_thing_of_the_cpu_engine(view):
         lx.render_shadows(*view, lx.RayTraced(traversal="hardware"), device="cpu")
 
 
+@pytest.mark.not_on_cpu("it compares the engines")
 def test_functions_that_make_parts_of_frames_take_a_device(view):
     for part in (lx.warp_map, lx.importance_map):
         of_cpu, of_gpu = (part(*view, "rtw", device=device) for device in ("cpu", "gpu"))
@@ -195,6 +202,7 @@ def test_functions_that_make_parts_of_frames_take_a_device(view):
         assert part(*view, "exact", device="cpu").shape[0] == 0
 
 
+@pytest.mark.not_on_cpu("it compares the engines")
 def test_a_study_has_rows_of_each_device(tmp_path):
     rows = {}
     for device in ("cpu", "gpu"):
@@ -210,6 +218,7 @@ def test_a_study_has_rows_of_each_device(tmp_path):
     assert rows["cpu"]["case"] != rows["gpu"]["case"]
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_a_command_takes_a_device(tmp_path, capfd):
     arguments = ["render", "plane_and_box", "--size", "48x32", "-o", str(tmp_path / "x.npy")]
     assert cli.main([*arguments, "--method", "exact", "--device", "cpu"]) == 0
@@ -235,6 +244,7 @@ def test_info_lists_the_cpu_engine_first_and_what_is_in_use(no_device):
 # --- Frames of the CPU engine ---
 
 
+@pytest.mark.not_on_cpu("it compares the engines")
 @pytest.mark.parametrize("method", lx.METHODS)
 def test_a_frame_has_all_that_a_frame_has(method, view):
     seen = view.scene, view.camera, light_for(method, view)
@@ -258,6 +268,7 @@ def test_a_frame_has_all_that_a_frame_has(method, view):
     assert all(milliseconds >= 0.0 for milliseconds in frame.timings.values())
 
 
+@pytest.mark.not_on_cpu("it compares the engines")
 @pytest.mark.parametrize("method", lx.METHODS)
 def test_a_list_of_lights_is_as_each_alone(method):
     scene = lx.scenes.colonnade(columns=4, detail=12)
@@ -292,6 +303,7 @@ LOOKUPS = (
 )  # fmt: skip
 
 
+@pytest.mark.not_on_cpu("it compares the engines")
 @pytest.mark.parametrize("lookup", LOOKUPS, ids=str)
 @pytest.mark.parametrize("method", MAPS)
 def test_lookups_answer_as_the_shaders_do(method, lookup):
@@ -326,6 +338,32 @@ def test_what_the_camera_sees_is_kept(view):
     scene.update_vertices(scene.vertices + np.array([0.0, 0.1, 0.0]))
     moved = lx.render(scene, camera.resized(95, 64), light, "ray_traced", device="cpu")
     assert {"visibility", "hierarchy (CPU)"} <= set(moved.timings)
+
+
+def test_what_the_light_sees_is_kept(view):
+    scene, camera, light = view
+
+    camera = camera.resized(384, 256)
+
+    def exact(camera, light):
+        return lx.render(scene, camera, light, "exact", device="cpu")
+
+    first = exact(camera, light)
+    assert "light grid" in first.timings
+    again = exact(camera, light)
+    assert again.stats["skipped"] == ["visibility", "light grid"]
+    assert "light grid" not in again.timings
+    assert np.array_equal(again.visibility, first.visibility, equal_nan=True)
+    # It serves a camera beside it, too; but no other light, and no other shape.
+    assert exact(camera.resized(381, 254), light).stats["skipped"] == ["light grid"]
+    assert "light grid" in exact(camera, lx.PointLight((1, 4, 1))).timings
+    assert "light grid" in exact(camera, light).timings
+    scene.update_vertices(scene.vertices + np.array([0.0, 0.1, 0.0]))
+    moved = exact(camera, light)
+    assert "light grid" in moved.timings
+    fresh = lx.Scene(scene.vertices, scene.faces)
+    truth = lx.render_shadows(fresh, camera, light, "exact", device="cpu")
+    assert np.array_equal(moved.visibility, truth, equal_nan=True)
 
 
 def test_an_image_beyond_memory_is_refused(view):

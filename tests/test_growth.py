@@ -24,9 +24,10 @@ def test_growth_command_writes_both_series(tmp_path, monkeypatch, capsys):
     expected = math.log(second / first) / math.log(17794 / 4098)
     assert math.isclose(triangles["exponent"].iloc[1], expected, rel_tol=1e-6)
     assert math.isnan(triangles["exponent"].iloc[0])
-    # The warp makes the lists shorter.
+    # The warp makes the lists of the shaders shorter; the CPU engine has none.
     plain = by["pixels", "exact without a warp"]["longest list"]
-    assert (pixels["longest list"].to_numpy() <= plain.to_numpy()).all()
+    if plain.notna().any():
+        assert (pixels["longest list"].to_numpy() <= plain.to_numpy()).all()
     assert (table.loc[table["method"] != "desired_view", "misclassified"] == 0).all()
     assert table.attrs["command"] == "lixel lab growth --repeats 1 -o growth.csv"
     assert "exponent" in capsys.readouterr().out

@@ -50,6 +50,7 @@ def storeys(seed):
     return scene_of(corners, seed)
 
 
+@pytest.mark.not_on_cpu("it counts the work items of the shaders")
 @pytest.mark.parametrize("method", METHODS)
 def test_what_lies_behind_changes_no_map(method):
     """Maps, the camera's too, are those of a frame that draws everything."""
@@ -71,6 +72,7 @@ def test_what_lies_behind_changes_no_map(method):
     assert compared > 0 or method in OMNIDIRECTIONAL_METHODS
 
 
+@pytest.mark.not_on_cpu("it counts the work items of the shaders")
 @pytest.mark.parametrize("method", ["uniform", "rtw", "notw"])
 def test_of_a_pile_one_floor_is_drawn(method):
     """The last of the list, but for the tiles that its two triangles share."""
@@ -85,6 +87,7 @@ def test_of_a_pile_one_floor_is_drawn(method):
     assert stats["hidden_items"] > 0.9 * (floors - 1) / floors * stats["work_items"]
 
 
+@pytest.mark.not_on_cpu("it counts the work items of the shaders")
 def test_of_a_pile_one_floor_is_seen():
     corners = []
     for i in range(12):
@@ -94,6 +97,7 @@ def test_of_a_pile_one_floor_is_seen():
     assert stats["hidden_items"] > 0.9 * 11 / 12 * stats["work_items"]
 
 
+@pytest.mark.not_on_cpu("it counts the work items of the shaders")
 def test_small_triangles_are_hidden_too():
     """One floor above a thousand crumbs."""
     random = np.random.default_rng(3)

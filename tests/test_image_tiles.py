@@ -42,6 +42,7 @@ def looked_at(frame):
     return counters["looked_at"], counters["tiles"]
 
 
+@pytest.mark.not_on_cpu("it counts the tiles of the shaders")
 def test_all_faces_of_a_cube_look_at_little_more_than_one_image():
     scene = lx.scenes.colonnade()
     camera = scene.cameras["default"].resized(960, 540)
@@ -53,6 +54,7 @@ def test_all_faces_of_a_cube_look_at_little_more_than_one_image():
         assert listed < 1.7 * tiles / 6
 
 
+@pytest.mark.not_on_cpu("it counts the tiles of the shaders")
 def test_tiles_that_only_see_what_faces_away_are_left_out():
     """Below is a floor that faces the light, above it a wall that does not."""
     floor = [(-50, 0, -4), (50, 0, -4), (50, 0, 9), (-50, 0, 9)]

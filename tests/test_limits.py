@@ -15,6 +15,7 @@ from lixel import _core
 METHODS = list(lx.methods.MAP_METHODS.values())
 
 
+@pytest.mark.not_on_cpu("memory bounds its maps")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_map_beyond_the_device_is_refused(method, view):
     most = lx.info().device["limits"]["storage_binding_bytes"]

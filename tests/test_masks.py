@@ -292,7 +292,7 @@ def test_bad_masks_are_named():
         ({"uv": made.uv[:3], "alpha": MASKS[0]}, "uv must have shape"),
         ({"uv": made.uv * np.nan, "alpha": MASKS[0]}, "uv must be finite"),
         (
-            {"uv": made.uv, "alpha": MASKS[0], "face_alpha": made.face_alpha + 2},
+            {"uv": made.uv, "alpha": MASKS[0], "face_alpha": np.where(made.face_alpha < 0, -1, 2)},
             "face_alpha must be -1 or index one of 1 alpha images: face 2 has 2",
         ),
     ]

@@ -11,6 +11,7 @@ use super::lanes::{
 use super::light_grid::{
     CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
 };
+use super::light_grids::SeenGrid;
 use super::receivers::{
     BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, faces_around,
 };
@@ -21,9 +22,6 @@ use crate::occlusion::RayOf;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
-
-/// A grid, and where it sees points from the eye.
-pub type SeenGrid = (LightGrid, ViewFromEye);
 
 /// Which of the receivers of a block each view sees.
 #[inline(always)]

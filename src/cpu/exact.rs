@@ -1,10 +1,11 @@
 //! Exact shadows: a grid of triangles over the receivers, as the light sees them, and every receiver against those in
 //! its cell.
 
-use super::caster_tests::{Known, SeenGrid, Tests, masks_of_views};
+use super::caster_tests::{Known, Tests, masks_of_views};
 use super::frame::{CASTER_TESTS_LABEL, LIGHT_GRID_LABEL, RECEIVERS_LABEL};
 use super::lanes::{Simd, dispatch, level};
-use super::light_grid::{GRID, LightGrid};
+use super::light_grid::GRID;
+use super::light_grids::Grids;
 use super::rasterize::Image;
 use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
 use super::tiles::{BLOCK, cut};
@@ -15,56 +16,61 @@ use crate::scene::Scene;
 use crate::sides::Source;
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// The row of each block whose receivers the grid is fitted to.
 const SAMPLED_ROW: usize = 3;
 
-/// How far from the border of the grid the samples lie, in units.
-const ROOM: f64 = 64.0;
+/// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and what it took.
+pub struct Answer {
+    pub visibility: Vec<f32>,
+    /// Milliseconds of each pass.
+    pub timings: Vec<(&'static str, f64)>,
+    pub grids: Grids,
+    /// Whether all of them were known.
+    pub knew_grids: bool,
+}
 
-/// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and milliseconds of each pass.
+/// Takes what grids are known as far as they fit.
 pub fn exact(
     scene: &Scene,
     image: &Image,
     camera: &Camera,
     light: &Light,
-) -> (Vec<f32>, [(&'static str, f64); 3]) {
+    known: Option<Arc<Grids>>,
+) -> Answer {
     let start = Instant::now();
     let receivers = Receivers::new(scene, image, camera, light);
     let views = views(light, scene);
     let width = image.tiling.width;
     // Zeros, which the threads that fill them in come upon first: the system hands them out as they are touched.
     let mut visibility = vec![0.0; width * image.tiling.height];
-    let mut grids: Vec<Vec<SeenGrid>> = views.iter().map(|_| Vec::new()).collect();
     let mut extents = sampled_extents(&receivers, &views);
+    let known = known.filter(|grids| grids.are_of(scene, light));
+    let mut grids = match known {
+        Some(grids) => (*grids).clone(),
+        None => Grids::new(scene, light, views.len()),
+    };
+    grids.fit(&mut extents);
     let mut open: Vec<_> = cut(&mut visibility, image.tiling)
         .into_iter()
         .enumerate()
         .collect();
-    let mut timings = [
-        (RECEIVERS_LABEL, milliseconds(start)),
-        (LIGHT_GRID_LABEL, 0.0),
-        (CASTER_TESTS_LABEL, 0.0),
-    ];
+    let receivers_time = milliseconds(start);
+    let (mut grid_time, mut test_time, mut made) = (0.0, 0.0, 0);
     // Again with more grids where some receivers are beside what the samples showed.
     while !open.is_empty() {
         let start = Instant::now();
-        for (grids, (view, extent)) in grids.iter_mut().zip(views.iter().zip(&extents)) {
-            if !extent.is_empty() {
-                let view = fitted(view, extent);
-                let seen = ViewFromEye::new(&view, receivers.eye);
-                grids.push((LightGrid::new(view, scene), seen));
-            }
-        }
-        timings[1].1 += milliseconds(start);
+        made += grids.add(scene, &views, &extents);
+        grid_time += milliseconds(start);
         let start = Instant::now();
         let tests = Tests {
             scene,
             eye: receivers.eye,
             light_at: receivers.light_at,
             views: &views,
-            grids: &grids,
+            grids: &grids.seen_from(receivers.eye),
             ray: &|pixel, triangle| receivers.ray(pixel, triangle),
             trusts_hits: true,
         };
@@ -82,9 +88,23 @@ pub fn exact(
             }
         }
         open = beside.into_iter().map(|(i, rows, _)| (i, rows)).collect();
-        timings[2].1 += milliseconds(start);
+        test_time += milliseconds(start);
     }
-    (visibility, timings)
+    let knew_grids = made == 0;
+    let timings = [
+        (RECEIVERS_LABEL, receivers_time),
+        (LIGHT_GRID_LABEL, grid_time),
+        (CASTER_TESTS_LABEL, test_time),
+    ];
+    let timings = timings
+        .into_iter()
+        .filter(|&(label, _)| !(knew_grids && label == LIGHT_GRID_LABEL));
+    Answer {
+        visibility,
+        timings: timings.collect(),
+        grids,
+        knew_grids,
+    }
 }
 
 fn milliseconds(start: Instant) -> f64 {
@@ -110,23 +130,6 @@ pub fn views(light: &Light, scene: &Scene) -> Vec<View> {
         seen: (f64::NEG_INFINITY, f64::INFINITY),
         light: Some(source),
     }]
-}
-
-/// Moves and scales a view, so that an extent fills it but for some room on each side.
-pub fn fitted(view: &View, extent: &Extent) -> View {
-    let [x, y, w] = view.rows;
-    let fit = |row: DVec4, k: usize| {
-        let (low, high) = (f64::from(extent.low[k]), f64::from(extent.high[k]));
-        // No narrower than float32 can tell from its place.
-        let size = (high - low)
-            .max(1e-5 * low.abs().max(high.abs()))
-            .max(f64::MIN_POSITIVE);
-        (row - w * low) * ((GRID as f64 - 2.0 * ROOM) / size) + w * ROOM
-    };
-    View {
-        rows: [fit(x, 0), fit(y, 1), w],
-        ..view.clone()
-    }
 }
 
 /// The extents of some receivers in each view.

@@ -1,6 +1,7 @@
 //! A frame in the making on the CPU: what the camera sees, and what a method asks of it.
 
 use super::importance_map::Words;
+use super::light_grids::Grids;
 use super::map::Map;
 use super::rasterize::{Image, rasterize};
 use super::receivers::Receivers;
@@ -71,6 +72,8 @@ pub struct KeptParts {
     seen: Kept<Seen>,
     hierarchy: Kept<Hierarchy>,
     edges: Kept<KeptEdges>,
+    /// Those of the last light.
+    pub(super) grids: Kept<Grids>,
 }
 
 /// What the last camera sees.

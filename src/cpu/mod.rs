@@ -17,6 +17,7 @@ mod importance_map;
 mod known;
 pub mod lanes;
 mod light_grid;
+mod light_grids;
 mod light_space;
 mod linear_map;
 mod lookup;

@@ -8,10 +8,11 @@
 //! side is known: the point is moved along it by as much as rounding may have moved it. Without one, no triangle
 //! shadows a point that lies in its plane within rounding.
 
-use super::caster_tests::{Known, SeenGrid, Tests, masks_of_views};
-use super::exact::{fitted, views};
+use super::caster_tests::{Known, Tests, masks_of_views};
+use super::exact::views;
 use super::lanes::{LANES, Simd, dispatch, each, f64x8, level};
 use super::light_grid::LightGrid;
+use super::light_grids::{SeenGrid, fitted};
 use super::rasterize::NONE;
 use super::receivers::{BlockPlaces, BlockReceivers, Extent, ViewFromEye, dot, in_cone, splat64};
 use super::shadow_rays::{RAY_ROUNDING, is_lit};
@@ -25,6 +26,7 @@ use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Points of a block, and of a job of a thread.
 const BLOCK_POINTS: usize = BLOCK * LANES;
@@ -334,7 +336,7 @@ fn grids<'a>(points: &Points, light: &Light, seen: &Seen) -> By<'a> {
         let grid = (!extent.is_empty()).then(|| {
             let view = fitted(view, &extent.widened(room));
             let seen = ViewFromEye::new(&view, points.eye);
-            (LightGrid::new(view, points.scene), seen)
+            (Arc::new(LightGrid::new(view, points.scene)), seen)
         });
         Vec::from_iter(grid)
     };

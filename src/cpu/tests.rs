@@ -1,6 +1,6 @@
 //! The engine against the reference, pixel by pixel, on scenes that are hard for float32.
 
-use super::exact::exact;
+use super::exact::{Answer, exact};
 use super::rasterize::{Image, NONE, rasterize};
 use super::view::View;
 use crate::bvh::Everything;
@@ -10,6 +10,7 @@ use crate::reference::{Reference, reference};
 use crate::scene::Scene;
 use crate::twin::Random;
 use glam::{DMat4, DQuat, DVec2, DVec3};
+use std::sync::Arc;
 
 #[cfg(test)]
 mod importance;
@@ -82,7 +83,7 @@ fn triangle_ids(image: &Image) -> Vec<i32> {
 /// Compares what the engine finds with the truth, but for ties, and gives how many pixels are in light and shadow.
 fn assert_right(scene: &Scene, camera: &Camera, light: &Light, case: &str) -> [usize; 2] {
     let image = rasterize(&View::of_camera(camera), scene);
-    let (visibility, _) = exact(scene, &image, camera, light);
+    let visibility = exact(scene, &image, camera, light, None).visibility;
     let truth: Reference = reference(scene, &Everything(scene), camera, light);
     let ids = triangle_ids(&image);
     let mut counts = [0; 2];
@@ -251,7 +252,8 @@ fn a_lamp_in_the_plane_of_a_ceiling_lights_all_below_it() {
         let camera = camera_at(eye, down, (64, 48), (1e-3, f64::INFINITY));
         let image = rasterize(&View::of_camera(&camera), &scene);
         let place = turn * DVec3::new(2.0 * signed(&mut random), 3.0, 2.0 * signed(&mut random));
-        let (visibility, _) = exact(&scene, &image, &camera, &Light::point(place).unwrap());
+        let light = Light::point(place).unwrap();
+        let visibility = exact(&scene, &image, &camera, &light, None).visibility;
         let ids = triangle_ids(&image);
         let below = ids
             .iter()
@@ -307,7 +309,7 @@ fn the_number_of_threads_changes_no_pixel() {
     let light = Light::point(DVec3::new(0.5, 2.0, 1.0)).unwrap();
     let frame = || {
         let image = rasterize(&View::of_camera(&camera), &scene);
-        let (visibility, _) = exact(&scene, &image, &camera, &light);
+        let visibility = exact(&scene, &image, &camera, &light, None).visibility;
         let bits = visibility.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         (triangle_ids(&image), bits)
     };
@@ -319,4 +321,40 @@ fn the_number_of_threads_changes_no_pixel() {
         pool.install(frame)
     });
     assert!(frames.iter().all(|other| *other == frames[0]));
+}
+
+#[test]
+fn grids_of_a_light_serve_other_cameras() {
+    let mut random = Random(13);
+    let scene = scene_of(&soup(&mut random, 400));
+    for light in lights(&mut random, 1.0) {
+        let mut known = None;
+        let mut served = Vec::new();
+        let mut turn = 0.0;
+        // The same camera again, one beside it, and one that sees other receivers.
+        for step in [0.0, 0.0, 0.01, 1.3, 0.01, 3.0] {
+            turn += step;
+            let turn = DQuat::from_rotation_y(turn);
+            let eye = turn * DVec3::new(0.0, 0.0, 2.5);
+            let camera = camera_at(eye, turn, (96, 54), (1e-3, f64::INFINITY));
+            let image = rasterize(&View::of_camera(&camera), &scene);
+            let fresh = exact(&scene, &image, &camera, &light, None);
+            let found = exact(&scene, &image, &camera, &light, known);
+            let bits = |answer: &Answer| answer.visibility.iter().map(|v| v.to_bits()).collect();
+            let (found_bits, fresh_bits): (Vec<_>, Vec<_>) = (bits(&found), bits(&fresh));
+            assert_eq!(found_bits, fresh_bits, "{light:?} {eye:?}");
+            served.push(found.knew_grids);
+            known = Some(Arc::new(found.grids));
+        }
+        assert!(!served[0] && served[1], "{light:?} {served:?}");
+        let other = Light::directional(DVec3::new(0.1, -1.0, 0.4)).unwrap();
+        let camera = camera_at(
+            2.5 * DVec3::Z,
+            DQuat::IDENTITY,
+            (96, 54),
+            (1e-3, f64::INFINITY),
+        );
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        assert!(!exact(&scene, &image, &camera, &other, known).knew_grids);
+    }
 }

@@ -7,9 +7,9 @@ use super::exact::exact;
 use super::forward_importance::forward_importance;
 use super::frame::{
     BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, EDGES_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
-    IMPORTANCE_LABEL, LOOKUP_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL, Recorded,
-    SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, SHADOW_VOLUMES_LABEL,
-    WARP_LABEL, check_map,
+    IMPORTANCE_LABEL, LIGHT_GRID_LABEL, LOOKUP_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL,
+    Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL,
+    SHADOW_VOLUMES_LABEL, WARP_LABEL, check_map,
 };
 use super::importance_map::{Words, importance_map};
 use super::lookup::{LookedUp, lookup};
@@ -144,6 +144,7 @@ impl Frame<'_> {
         settings: MapSettings,
         plans: Vec<PlannedLayer>,
     ) -> Result<Recorded> {
+        camera.check_float32(self.scene.bounds())?;
         let mut layers = Vec::new();
         for plan in plans {
             let map = self.draw(&plan, settings.rasterization)?;
@@ -197,9 +198,14 @@ impl<'a> Verbs<'a> for Frame<'a> {
         &mut self,
         _: impl FnOnce(&mut Self) -> Result<Vec<PlannedLayer>>,
     ) -> Result<Recorded> {
-        let (visibility, timings) = exact(self.scene, self.image(), self.camera, self.light);
-        self.timings.extend(timings);
-        Ok(Recorded::without_layers(visibility))
+        let known = self.culls.then(|| self.kept.grids.known()).flatten();
+        let found = exact(self.scene, self.image(), self.camera, self.light, known);
+        self.timings.extend(found.timings);
+        if found.knew_grids {
+            self.skip(LIGHT_GRID_LABEL);
+        }
+        self.kept.grids.keep(found.grids);
+        Ok(Recorded::without_layers(found.visibility))
     }
 
     fn shadow_rays(&mut self, traversal: Traversal) -> Result<Recorded> {
@@ -282,6 +288,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
         factors: Factors<Words>,
         warp: Option<&WarpMap>,
     ) -> Result<ImportanceMap<Words>> {
+        self.camera.check_float32(self.scene.bounds())?;
         let warp = warp.map(|map| &map.warp);
         Ok(self.timed(IMPORTANCE_LABEL, |frame| {
             importance_map(&frame.receivers(), layer, cells, importance, factors, warp)

@@ -403,6 +403,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn a_gpu_prefers_ray_queries_and_a_cpu_does_not() {
         let mut gpu = Gpu::new(&adapter("").unwrap()).unwrap();
         gpu.is_cpu = false;
@@ -415,6 +416,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn a_refusal_in_a_scope_is_no_frame_s() {
         let gpu = Gpu::new(&adapter("").unwrap()).unwrap();
         let refused = gpu.catch_errors(|| {

@@ -109,6 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn frames_wait_for_those_that_stay_and_for_no_other() {
         let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         // How often each submits; the last one leaves without a word.
@@ -134,6 +135,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn a_failed_submission_is_an_error_to_all() {
         let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         let frames = Recording::together(&gpu, 3, true);

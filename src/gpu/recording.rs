@@ -456,6 +456,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn after_a_failed_submission_the_next_works() {
         let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         let zeros = vec![0; COUNT];
@@ -469,6 +470,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn a_lost_device_is_an_error_in_words() {
         let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         gpu.device.destroy();
@@ -482,6 +484,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
     fn cleared_scratch_is_free() {
         let gpu = Arc::new(Gpu::new(&adapter("").unwrap()).unwrap());
         clear_and_read(&gpu, false).unwrap();

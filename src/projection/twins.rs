@@ -144,6 +144,7 @@ fn case(random: &mut Random) -> [f32; INPUTS] {
 }
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn shaders_of_projections_compute_what_rust_does() {
     let homography = Homography::new(DMat3::IDENTITY, 1.0);
     let kinds: [Kind; 4] = [

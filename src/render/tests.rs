@@ -43,6 +43,7 @@ fn what_has_no_room_together_is_done_one_by_one() {
 }
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn casters_in_parts_cast_the_same_shadows() {
     let scene = floor_and_squares();
     let looking_down = DQuat::from_rotation_x(-FRAC_PI_2);

@@ -152,6 +152,7 @@ fn place(random: &mut Random) -> f32 {
 }
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn the_shader_of_warps_computes_what_rust_does() {
     let mut random = Random(1);
     let warp = warp(5, &mut random);
@@ -180,6 +181,7 @@ fn twin(i: u32) -> array<f32, 8> {
 ";
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn without_a_warp_texels_stay_where_they_are() {
     let cases: Vec<_> = (0..TEXELS).map(|i| [i as f32, 17.0]).collect();
     let source = Shader::new("warp/none").compose() + NONE;
@@ -230,6 +232,7 @@ fn twin(i: u32) -> array<f32, 8> {
 
 /// Of boxes of one function, of a few, of blocks of them, and of more than the shader looks through.
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn bounds_of_warped_boxes_hold_their_points() {
     for functions in [1, 5, 70] {
         let mut random = Random(3);

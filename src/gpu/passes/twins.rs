@@ -57,6 +57,7 @@ fn finished(warp: &Warp, texels: usize) -> [Vec<f32>; 3] {
 }
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn the_shader_inverts_functions_as_rust_does() {
     let mut random = Random(1);
     for (count, cells, texels) in [
@@ -130,6 +131,7 @@ fn bilinear_share(bits: u32, aside: DVec2, reach: i32) -> f64 {
 }
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn texels_around_a_receiver_weigh_bilinearly() {
     for reach in [1, 2] {
         let mut random = Random(2);
@@ -215,6 +217,7 @@ fn two_triangles(random: &mut Random) -> [f32; 15] {
 }
 
 #[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn a_ray_is_inside_of_the_edges_where_it_meets_the_triangle() {
     let mut random = Random(3);
     let cases: Vec<_> = (0..20_000).map(|_| two_triangles(&mut random)).collect();
