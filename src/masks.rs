@@ -376,7 +376,9 @@ mod tests {
             let off = |random: &mut Random| 1.9999 * (random.share() - 0.5);
             let solid_count = (0..50).filter(|_| {
                 let step = DVec3::new(off(&mut random), off(&mut random), off(&mut random));
-                mask.is_solid_at(mask.at(shares) + step * reach)
+                let at = mask.at(shares) + step * reach;
+                // No factor is negative.
+                mask.is_solid_at(at.xy().extend(at.z.max(0.0)))
             });
             let solid_count = solid_count.count();
             let kind = match solidity {

@@ -57,7 +57,9 @@ impl Grids {
         for (grids, extent) in self.of_views.iter_mut().zip(extents) {
             let both = |all: Extent, fitted: &FittedGrid| all.and(fitted.extent);
             let all = grids.iter().fold(Extent::EMPTY, both);
-            match grids.len() <= MAX_KEPT && all.is_close_around(extent) {
+            let first = grids.first().map_or(Extent::EMPTY, |fitted| fitted.extent);
+            let fits = first.is_close_around(extent) || all.is_close_around(extent);
+            match grids.len() <= MAX_KEPT && fits {
                 true => *extent = Extent::EMPTY,
                 false if !extent.is_empty() => grids.clear(),
                 false => (),
