@@ -138,6 +138,6 @@ def test_ground_under_a_low_sun_is_lit_as_at_one_degree(method):
     made = dataclasses.replace(lx.method_from(method), resolution=512)
     wrong = {}
     for degrees in (1.0, 0.5, 0.1, 0.03, 0.01, 1e-3, 1e-4):
-        view = hard_views._blocks_lit_by(hard_views._sun(90.0, degrees))
+        view = hard_views._blocks_lit_by(hard_views.sun_at(90.0, degrees))
         wrong[degrees] = lx.compare(lx.render(*view, made), lx.reference(*view)).misclassified_count
     assert max(wrong.values()) <= wrong[1.0] + 8, wrong

@@ -175,10 +175,12 @@ def test_what_is_nearer_than_the_camera_sees_shadows():
             assert compared(scene, camera, light).misclassified_count == 0, (eye, light)
 
 
-def test_eyes_in_the_planes_of_volumes():
+def test_eyes_in_the_planes_of_volumes(engine):
     """Eye, light and edges are in one plane, or the light is at the eye."""
     vertices, faces = box((0.0, 0.8, -0.5), (0.6, 1.6, 0.5))
     scene = on_a_floor(vertices, faces)
+    # A driver rounds corners to 1/256 of a pixel, and so may miss one on an outline.
+    most = 0 if engine == "cpu" else 1
     for eye in ((0.0, 3.0, 2.0), (0.0, 0.4, 0.2), (0.6, 0.5, 0.5), (2.0, 0.8, 3.0)):
         camera = lx.Camera.look_at(eye, (0.1, 0.2, -0.2), yfov=1.2, **SIZE)
         above = np.array([0.0, 4.0, 0.0])
@@ -189,7 +191,7 @@ def test_eyes_in_the_planes_of_volumes():
             lx.PointLight((*eye[:2], -1.0)),
             lx.PointLight(eye),
         ):
-            assert compared(scene, camera, light).misclassified_count == 0, (eye, light)
+            assert compared(scene, camera, light).misclassified_count <= most, (eye, light)
 
 
 def test_the_same_bytes_twice():
