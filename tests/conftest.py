@@ -12,7 +12,7 @@ import lixel as lx
 
 # The engine of all tests that name none. With "gpu", the shaders are tested as well, on whatever
 # adapter there is: by these tests, and by those that take the fixture `engine`.
-os.environ.setdefault("LIXEL_DEVICE", "cpu")
+os.environ.setdefault("LIXEL_DEVICE", "gpu")
 TESTS_SHADERS = os.environ["LIXEL_DEVICE"] != "cpu"
 ENGINES = ("gpu", "cpu") if TESTS_SHADERS else ("cpu",)
 
@@ -65,4 +65,4 @@ def ray_queries() -> lx.RayTraced:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if not TESTS_SHADERS:
-        terminalreporter.write_line("The shaders were not tested: LIXEL_DEVICE=gpu make test does.")
+        terminalreporter.write_line("The shaders were not tested: LIXEL_DEVICE is cpu.")
