@@ -9,8 +9,9 @@ counted. The table is written view by view, and the same command goes on where t
 from __future__ import annotations
 
 import argparse
+import itertools
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,7 @@ EMBREE = "embree float32"
 
 SEED = 6
 
-# Where `shadow_edges` looks for them, and how often a light is drawn before the last is taken.
+# Where `casts_shadow_edges` looks, and how often a light is drawn before the last is taken.
 SIZE_OF_LOOK = (160, 90)
 MAX_DRAWS = 100
 
@@ -195,11 +196,21 @@ def views_of(
         seed = (SEED, zlib.crc32(f"{file} {camera_name}".encode()))
         random = np.random.default_rng(seed)
         for number, light in enumerate(random_lights(random, scene, sized, count, kinds)):
-            for _ in range(MAX_DRAWS if shadow_edges else 0):
-                if casts_shadow_edges(scene, camera, light):
-                    break
-                light = random_lights(random, scene, sized, number + 1, kinds)[number]
+            if shadow_edges:
+                others = (
+                    random_lights(random, scene, sized, number + 1, kinds)[number]
+                    for _ in range(MAX_DRAWS)
+                )
+                light = with_shadow_edges(scene, camera, itertools.chain([light], others))
             yield camera_name, sized, f"random {number}", light
+
+
+def with_shadow_edges(scene: Scene, camera: Camera, lights: Iterable[Light]) -> Light:
+    """The first of some lights by which a camera sees an edge of a shadow; else the last."""
+    for light in lights:
+        if casts_shadow_edges(scene, camera, light):
+            break
+    return light
 
 
 def casts_shadow_edges(scene: Scene, camera: Camera, light: Light) -> bool:
@@ -221,14 +232,21 @@ def evaluate(
     for name, method in methods.items():
         if not method.takes(light) or (scene.masked_count and not method.takes_holes()):
             continue
-        try:
-            found = frame_parts(scene, camera, light, method)
-        except DeviceError as error:
-            yield name, {"error": str(error)}
-        else:
-            yield name, _counts(found.visibility, truth)
+        yield name, counts_of(scene, camera, light, method, truth)
     if embree is not None:
         yield EMBREE, _counts(embree.shadows(truth), truth)
+
+
+def counts_of(
+    scene: Scene, camera: Camera, light: Light, method: Method, truth: Reference
+) -> dict[str, Any]:
+    """The counts of a method in one view; an ``error`` where the device could not do it."""
+    try:
+        found = frame_parts(scene, camera, light, method)
+    except DeviceError as error:
+        # Pieces of a triangle that do not get short enough, for one.
+        return {"error": str(error)}
+    return _counts(found.visibility, truth)
 
 
 def _counts(visibility: npt.NDArray[np.float32], truth: Reference) -> dict[str, Any]:

@@ -32,7 +32,7 @@ from .hard_views import sun_at
 from .options import MORE, add_output, add_size
 from .report import progress, table as as_text
 from .result_tables import append, read, resume
-from .views import listed_in
+from .views import first_cameras
 
 if TYPE_CHECKING:
     import pandas
@@ -70,12 +70,8 @@ def run(options: argparse.Namespace) -> None:
     before = resume(options.output, options.line)
     done = {(row["scene"], row["light"]) for row in before}
     methods = all_methods()
-    for file, listed in listed_in(options.folder):
-        name = Path(file).stem
-        if options.scene and name not in options.scene:
-            continue
-        scene = load(options.folder / file)
-        camera = next(iter(listed.cameras.values())).resized(*options.size)
+    for name, file, first in first_cameras(options.folder, options.scene):
+        scene, camera = load(file), first.resized(*options.size)
         missing = [pair for pair in pairs_of(scene, camera) if (name, pair[0]) not in done]
         for pair in progress(missing, name):
             rows = [{"scene": name, **row} for row in evaluate(scene, camera, pair, methods)]

@@ -16,23 +16,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core import DeviceError
 from ..arguments import needs
 from ..camera import Camera
-from ..compare import compare
-from ..frame import render_shadows
 from ..light import DirectionalLight, Light, PointLight
 from ..load import load
 from ..methods import PUBLISHED, Method, NonOrthogonalWarp, method_from
 from ..reference import reference
 from ..scene import Scene
 from ..scenes import GENERATORS
-from .accuracy import MAX_DRAWS, casts_shadow_edges
+from .accuracy import MAX_DRAWS, counts_of, with_shadow_edges
 from .options import MORE, add_output, add_size, natural
 from .random_views import random_lights
 from .report import progress, table as as_text
 from .result_tables import append, read, resume
-from .views import listed_in
+from .views import first_cameras
 
 if TYPE_CHECKING:
     import pandas
@@ -98,10 +95,11 @@ def views(
         random = np.random.default_rng((SEED, zlib.crc32(name.encode())))
         for kind in (DirectionalLight, PointLight):
             for number in range(lights):
-                for _ in range(MAX_DRAWS):
-                    light = random_lights(random, scene, camera, number + 1, (kind,))[number]
-                    if casts_shadow_edges(scene, camera, light):
-                        break
+                draws = (
+                    random_lights(random, scene, camera, number + 1, (kind,))[number]
+                    for _ in range(MAX_DRAWS)
+                )
+                light = with_shadow_edges(scene, camera, draws)
                 yield name, scene, camera, f"{kind.__name__} {number}", light
 
 
@@ -123,15 +121,13 @@ def measure(
     truth = reference(scene, camera, light)
     for name in names:
         for departure, method in departures(name, RESOLUTION).items():
-            row: dict[str, Any] = {"method": name, "departure": departure or "published"}
-            try:
-                shadows = render_shadows(scene, camera, light, method)
-            except DeviceError as error:
-                # Pieces of a triangle that do not get short enough, for one.
-                yield {**row, "misclassified": None, "error": str(error)}
-            else:
-                found = compare(shadows, truth)
-                yield {**row, "misclassified": found.misclassified_count, "error": None}
+            counts = counts_of(scene, camera, light, method, truth)
+            yield {
+                "method": name,
+                "departure": departure or "published",
+                "misclassified": counts.get("misclassified"),
+                "error": counts.get("error"),
+            }
 
 
 def summary(table: pandas.DataFrame) -> pandas.DataFrame:
@@ -186,11 +182,8 @@ def run(options: argparse.Namespace) -> None:
     for name, arguments in SCENES.items():
         scene = GENERATORS[name](**arguments)
         scenes[name] = scene, scene.cameras["default"].resized(*options.size)
-    for file, listed in listed_in(options.folder) if options.folder else ():
-        if options.scene and Path(file).stem not in options.scene:
-            continue
-        camera = next(iter(listed.cameras.values())).resized(*options.size)
-        scenes[Path(file).stem] = load(options.folder / file), camera
+    for name, file, camera in first_cameras(options.folder, options.scene):
+        scenes[name] = load(file), camera.resized(*options.size)
     # The first light of every scene, then the second: what is there after a stop is of all scenes.
     chosen = sorted(views(scenes, options.lights), key=lambda view: view[3].split()[-1])
     for name, scene, camera, light_name, light in progress(chosen, "views"):

@@ -51,6 +51,9 @@ THREADS_VARIABLE = "LIXEL_THREADS"
 
 MORE = "may be given more than once"
 
+PICTURES = (".png", ".svg", ".pdf")
+"""Endings of what matplotlib draws."""
+
 
 # --- Options ---
 
@@ -66,10 +69,7 @@ def add_view(parser: argparse.ArgumentParser) -> None:
 
 def add_device(parser: argparse.ArgumentParser, default: str | None = None) -> None:
     """`--device`, and what it is where the environment names no device either."""
-    words = default or (
-        "a hardware GPU where there is one, else the CPU engine if it has the method, else a "
-        "software driver"
-    )
+    words = default or "a hardware GPU where there is one, else the CPU engine"
     parser.add_argument(
         "--device", metavar="NAME",
         help="cpu: the CPU engine; gpu: the best adapter; or a part of an adapter's name; default: "

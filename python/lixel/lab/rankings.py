@@ -29,20 +29,19 @@ from ..methods import Method
 from ..pictures.plots import axes_or_new
 from ..scene import Scene
 from ..scenes import GENERATORS
-from .accuracy import casts_shadow_edges, evaluate
-from .options import add_output, add_size, natural, path_ending_in
+from .accuracy import MAX_DRAWS, evaluate, with_shadow_edges
+from .options import PICTURES, add_output, add_size, natural, path_ending_in
 from .papers.tables import method_of
-from .random_views import is_in_view, random_lights
+from .random_views import random_lights
 from .report import progress, table as as_text
 from .result_tables import append, read, resume
-from .views import listed_in
+from .views import first_cameras
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
 SEED = 2015
-MAX_DRAWS = 100
 
 BUILT_IN: Mapping[str, Mapping[str, Any]] = {
     "objects_on_floor": {"count": 160, "subdivisions": 3},
@@ -129,7 +128,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_output(parser, "table of every view, .csv or .parquet", required=True)
     parser.add_argument(
-        "--plot", type=path_ending_in(".png", ".svg", ".pdf"), metavar="FILE",
+        "--plot", type=path_ending_in(*PICTURES), metavar="FILE",
         help="picture of non-orthogonal against rectilinear warps by smoothing",
     )  # fmt: skip
 
@@ -167,26 +166,19 @@ def _scenes(folder: Path | None) -> Iterator[tuple[str, Scene, Camera]]:
     for name, arguments in BUILT_IN.items():
         scene = GENERATORS[name](**arguments)
         yield name, scene, scene.cameras["default"]
-    for file, views in [] if folder is None else listed_in(folder):
-        if folder is not None and Path(file).stem not in BUILT_IN:
-            yield Path(file).stem, load(folder / file), next(iter(views.cameras.values()))
+    for name, file, camera in first_cameras(folder):
+        if name not in BUILT_IN:
+            yield name, load(file), camera
 
 
 def light_of(name: str, kind: str, number: int, scene: Scene, camera: Camera) -> Light:
     """A random light of a scene, the same at every call: a directional one, or a lamp in the
     scene's box made half as large again, but not in the camera's pyramid."""
     random = np.random.default_rng((SEED, zlib.crc32(f"{name} {kind}".encode()), number))
-    for _ in range(MAX_DRAWS):
-        if kind == "sun":
-            (light,) = random_lights(random, scene, camera, 1, [DirectionalLight])
-        else:
-            # The second of two is outside of the view.
-            _, light = random_lights(random, scene, camera, 2, [PointLight])
-            if isinstance(light, PointLight) and is_in_view(camera, light.position):
-                continue
-        if casts_shadow_edges(scene, camera, light):
-            break
-    return light
+    # The second of two lamps is outside of the view.
+    kinds = [DirectionalLight] if kind == "sun" else [PointLight, PointLight]
+    draws = (random_lights(random, scene, camera, len(kinds), kinds)[-1] for _ in range(MAX_DRAWS))
+    return with_shadow_edges(scene, camera, draws)
 
 
 def sums(table: pandas.DataFrame) -> pandas.DataFrame:

@@ -23,6 +23,7 @@ from ..methods import METHODS, Method, method_from
 from .cases import Case, SceneLike, Source, Views, canonical, cases_of
 from .options import (
     DEFAULT_SCENE,
+    PICTURES,
     SCENE_HELP,
     add_methods,
     add_output,
@@ -356,7 +357,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "sample, so that a command that was stopped goes on there",
     )
     parser.add_argument(
-        "--plot", type=path_ending_in(".png", ".svg", ".pdf"), metavar="FILE",
+        "--plot", type=path_ending_in(*PICTURES), metavar="FILE",
         help="picture of time against error with the Pareto front, .png, .svg or .pdf",
     )  # fmt: skip
 

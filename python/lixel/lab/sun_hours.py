@@ -5,15 +5,18 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import scenes
+from ..arguments import needs
 from ..camera import Camera
 from ..light import DirectionalLight
 from ..points import shadows_at
 from ..reference import reference
+from .options import PICTURES, add_output, natural
 from .report import status
 
 TILT = math.radians(23.44)
@@ -26,8 +29,8 @@ DAYS = tuple(range(15, 346, 30))
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `lixel lab sun_hours`."""
     parser.add_argument("--latitude", type=float, default=49.0, help="degrees north (49)")
-    parser.add_argument("--size", type=int, default=480, help="pixels along each side (480)")
-    parser.add_argument("--output", default="sun_hours.png", help="the picture, a .png file")
+    parser.add_argument("--size", type=natural, default=480, help="pixels along each side (480)")
+    add_output(parser, "the picture (sun_hours.png)", PICTURES, default=Path("sun_hours.png"))
 
 
 def run(options: argparse.Namespace) -> None:
@@ -55,7 +58,7 @@ def run(options: argparse.Namespace) -> None:
     )
     hours = np.full(seen.covered.shape, np.nan)
     hours[seen.covered] = lit.sum(axis=0, dtype=np.float64) / len(DAYS)
-    _draw(hours, seen.normal, options.output)
+    _draw(hours, options.output)
 
 
 def suns_of_year(latitude: float) -> list[DirectionalLight]:
@@ -82,13 +85,11 @@ def suns_of_year(latitude: float) -> list[DirectionalLight]:
     return suns
 
 
-def _draw(hours: npt.NDArray[np.float64], normals: npt.NDArray[np.float32], path: str) -> None:
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8, 7), layout="constrained")
+def _draw(hours: npt.NDArray[np.float64], path: Path) -> None:
+    figure = needs("matplotlib.figure", "plot").Figure((8, 7), layout="constrained")
+    axes = figure.subplots()
     image = axes.imshow(hours, cmap="inferno", interpolation="none")
     axes.set_axis_off()
     axes.set_title("Hours of sun on an average day of the year")
     figure.colorbar(image, shrink=0.8)
     figure.savefig(path, dpi=72)
-    plt.close(figure)

@@ -129,6 +129,19 @@ def listed_in(folder: Path) -> Iterator[tuple[str, Views]]:
         yield entry["file"], Views.read(listing, entry["file"])
 
 
+def first_cameras(
+    folder: Path | None, names: Sequence[str] | None = None
+) -> Iterator[tuple[str, Path, Camera]]:
+    """Name, file and first camera of every scene that the scenes.json of a folder lists, or of
+    those with some names; none without a folder."""
+    if folder is None:
+        return
+    for file, views in listed_in(folder):
+        name = Path(file).stem
+        if not names or name in names:
+            yield name, folder / file, next(iter(views.cameras.values()))
+
+
 def scene_and_views(name: str, file: Path | None, up: Up = "y") -> tuple[Scene, Views]:
     """A file's scene or a built-in one, and its views: those of a file, or the scene's own."""
     views = None if file is None else Views.read(file, Path(name).name)
