@@ -57,9 +57,8 @@ DESCRIPTION = "Hard shadows with research shadow-map methods, and how wrong each
 class Command(NamedTuple):
     """A line about a command, its options, and what it does with them.
 
-    A command that renders has a `device`: ``"gpu"`` where all of its table is to be of one device,
-    and not of the CPU engine where that has a method and of an adapter elsewhere. `--device` and
-    ``LIXEL_DEVICE`` count for more.
+    A command that renders may have a `device`, whose its table is to be on every machine.
+    `--device` and ``LIXEL_DEVICE`` count for more.
     """
 
     help: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -87,11 +86,12 @@ def evaluate(
         # As `render_shadows`: nothing is drawn that the picture does not need.
         return frame_parts(scene, seen_by, light, method)
 
-    # In small first: pipelines are compiled on first use, and a machine without a GPU says so
-    # before the reference takes its time.
-    devices = [shadows(camera.resized(64, 64), method).adapter["name"] for method in methods]
-    # The first frame of each device, in which what depends on the camera alone runs.
-    first = {d: shadows(camera, methods[devices.index(d)]) for d in dict.fromkeys(devices)}
+    # In small first: pipelines are compiled on first use, and a machine that cannot do something
+    # says so before the reference takes its time.
+    for method in methods:
+        shadows(camera.resized(64, 64), method)
+    # The first frame, in which what depends on the camera alone runs.
+    first = shadows(camera, methods[0])
     rendered = [shadows(camera, method) for method in progress([*methods] * repeats, "render")]
     frames = []
     for i in range(len(methods)):
@@ -99,12 +99,11 @@ def evaluate(
         frames.append(of_method[len(of_method) // 2])
     status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
+    # What ran only once counts for every frame.
+    shared = {k: ms for k, ms in first.timings.items() if k not in frames[0].timings}
     rows = []
-    for method, device, frame in zip(methods, devices, frames, strict=True):
+    for method, frame in zip(methods, frames, strict=True):
         name, resolution = method.spelling, method.map_resolution
-        # What ran only once counts for every frame of the device.
-        later = frames[devices.index(device)].timings
-        shared = {k: ms for k, ms in first[device].timings.items() if k not in later}
         timings = {**shared, **frame.timings}
         found = compare(frame.visibility, truth)
         if folder is not None:
@@ -120,7 +119,7 @@ def evaluate(
                 "false lit": found.false_lit_count,
                 "false shadow": found.false_shadow_count,
                 "ms per pass": display.milliseconds(timings),
-                "device": device,
+                "device": frame.adapter["name"],
                 "driver": frame.adapter["driver"],
             }
         )
@@ -128,12 +127,7 @@ def evaluate(
 
 
 def show(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print rows of `evaluate`, and below them which methods were rendered by which device."""
+    """Print rows of `evaluate`, and below them the device that rendered them."""
     device = ("device", "driver")
     print(table([{k: v for k, v in row.items() if k not in device} for row in rows]))
-    methods: dict[str, list[str]] = defaultdict(list)
-    for row in rows:
-        methods[f"{row['device']}, driver {row['driver']}"].append(row["method"])
-    for name, of_device in methods.items():
-        which = f"{', '.join(dict.fromkeys(of_device))} " if len(methods) > 1 else ""
-        print(f"{which}on {name}")
+    print("on {device}, driver {driver}".format(**rows[0]))
