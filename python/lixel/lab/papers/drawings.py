@@ -19,7 +19,7 @@ from ...camera import Camera
 from ...compare import Comparison, compare
 from ...frame import Frame, render
 from ...light import DirectionalLight, HemisphereLight, Light, PointLight
-from ...methods import Method, Pcf
+from ...methods import Method
 from ...pictures import warp_plots
 from ...pictures.display import shadow_picture
 from ...reference import Reference, reference
@@ -199,8 +199,8 @@ def rosen_figure_8(part: int) -> Grid:
     view = view_of(rosen.PLAYGROUND, (1920, 1080), 1024, part)
     lookups = {
         "one texel": "depth",
-        "PCF in the map": Pcf(radius=2.0),
-        "PCF in the world": Pcf(radius=0.1, space="unwarped"),
+        "PCF in the map": rosen.FILTERS["warped"],
+        "PCF in the world": rosen.FILTERS["unwarped"],
     }
     frames = {
         name: view.frame("rtw@published", lookup=of, **rosen.WHOLE) for name, of in lookups.items()

@@ -27,6 +27,12 @@ ANALYSES: Mapping[str, Mapping[str, Any]] = {
 }
 NORMAL = "desired_view*distance*normal"
 
+FILTERS = {
+    "warped": Pcf(radius=2.0, weights="gaussian", jitter=True),
+    "unwarped": Pcf(radius=0.1, space="unwarped", weights="gaussian", jitter=True),
+}
+"""Section 6.2: jittered tests with Gaussian weights, in the map or in the world."""
+
 GOOD_SPLIT = 0.025
 """Of the largest edge: "a good balance", section 6.1. Table 1 does not say which it has."""
 
@@ -86,8 +92,8 @@ def _captions() -> dict[str, tuple[Row, ...]]:
     split_as = {"tessellation": GOOD_SPLIT}
     small: dict[str, Any] = {"resolution": 512, **WHOLE}
     middle: dict[str, Any] = {"resolution": 1024, **WHOLE}
-    sharpened = {**middle, "lookup": Pcf(radius=2.0)}
-    softened = {**middle, "lookup": Pcf(radius=0.1, space="unwarped")}
+    sharpened = {**middle, "lookup": FILTERS["warped"]}
+    softened = {**middle, "lookup": FILTERS["unwarped"]}
     return {
         "1": (
             *both("Conventional 2048²", "uniform", PAPER, figures["1"]["Conventional 2048²"]),
@@ -128,8 +134,7 @@ _TITLES = {
 _REMARKS = {
     "1": "By the paper RTW at 512² is about as good as the conventional map; see `lixel lab "
     "rankings` for when it is.",
-    "8": "A filtered pixel counts as lit or in shadow by its larger half. Rosen jitters and "
-    "weights the tests, lixel does neither.",
+    "8": "A filtered pixel counts as lit or in shadow by its larger half.",
 }
 
 TABLES = (
