@@ -195,10 +195,10 @@ def as_published(name: str) -> list[str]:
 def gains(key: str) -> list[str]:
     """What each departure of a method's defaults from its own paper gains."""
     table = read(RESULTS / "departures" / "llvmpipe.parquet")
-    rows = departures.summary(table).query("method == @key and views > 0").to_dict("records")
     own = table.query("method == @key")
     if own.empty:
         return []
+    rows = departures.summary(own).query("views > 0").to_dict("records")
     if not rows:
         error = own["error"].dropna().iloc[0]
         return [f"No view could be rendered both as published and with each departure: {error}."]

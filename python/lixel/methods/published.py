@@ -118,11 +118,8 @@ _MILET: dict[str, PublishedValue] = {
     "bias": _open("constant", "no bias is named"),
     "constant_bias": _open(None, "no bias is named; here a texel"),
 }
-_MILET_PLANE = {
-    **_MILET,
-    **_straight("section 4.1: the linear rasterization unit"),
-    "rotation": UNROTATED,
-}
+_MILET_STRAIGHT = {**_MILET, **_straight("section 4.1: the linear rasterization unit")}
+_MILET_PLANE = {**_MILET_STRAIGHT, "rotation": UNROTATED}
 _MILET_WARP: dict[str, PublishedValue] = {
     **_MILET,
     "rasterization": _in("linear", "section 3.1, algorithm 1: the corners are warped"),
@@ -161,11 +158,8 @@ _THESIS: dict[str, PublishedValue] = {
     "bias": _in("constant", "section 2.3.2: some bias is added to the surface"),
     "constant_bias": _open(None, "section 2.3.2: its value is not given; here a texel"),
 }
-_THESIS_PLANE = {
-    **_THESIS,
-    **_straight("section 5.4.1: the linear rasterization unit"),
-    "rotation": UNROTATED,
-}
+_THESIS_STRAIGHT = {**_THESIS, **_straight("section 5.4.1: the linear rasterization unit")}
+_THESIS_PLANE = {**_THESIS_STRAIGHT, "rotation": UNROTATED}
 _THESIS_WARP: dict[str, PublishedValue] = {
     **_THESIS,
     "rasterization": _in("linear", "sections 4.1.3 and 5.4.1: the corners are warped"),
@@ -267,14 +261,8 @@ PUBLISHED: Mapping[str, Mapping[str, Values]] = MappingProxyType(
             "vanek-2011": {**_VANEK, **_straight("section 2"), "rotation": UNROTATED},
             "chong-2007": {**_CHONG, "rotation": UNROTATED},
         },
-        "desired_view": {
-            "milet-2015": _MILET_PLANE,
-            "navratil": _THESIS_PLANE,
-        },
-        "min_sm": {
-            "milet-2015": {**_MILET, **_straight("section 4.1: the linear rasterization unit")},
-            "navratil": {**_THESIS, **_straight("section 5.4.1: the linear rasterization unit")},
-        },
+        "desired_view": {"milet-2015": _MILET_PLANE, "navratil": _THESIS_PLANE},
+        "min_sm": {"milet-2015": _MILET_STRAIGHT, "navratil": _THESIS_STRAIGHT},
         "focused": {"chong-2007": _CHONG_FRUSTUM},
         "lispsm": {"chong-2007": _CHONG_FRUSTUM},
         "plane_optimal": {"chong-2007": _CHONG_FRUSTUM},

@@ -143,8 +143,9 @@ def misclassified(
     """
     command = f"lixel lab papers chong-1{' --quick' if quick else ''}"
     side, resolution = (375, 200) if quick else (750, 400)
-    seen, camera = _scene(quick, side)
-    if scene is not None:
+    if scene is None:
+        seen, camera = _scene(quick, side)
+    else:
         seen, named = scene_and_views(scene, views)
         camera = named.camera(None, seen).resized(side, side)
         command += f" --scene {Path(scene).name}"

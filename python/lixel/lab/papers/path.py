@@ -102,6 +102,7 @@ def summary(frames: list[dict[str, Any]]) -> list[dict[str, Any]]:
     for name in dict.fromkeys(row["method"] for row in frames):
         own = [row for row in frames if row["method"] == name]
         ms = [float(row["ms"]) for row in own]
+        median = statistics.median(ms)
         # Not a number where a table was read again.
         counts = [float(c) for c in (row["misclassified"] for row in own) if c is not None]
         rows.append(
@@ -109,11 +110,10 @@ def summary(frames: list[dict[str, Any]]) -> list[dict[str, Any]]:
                 "method": name,
                 "frames": len(own),
                 "least ms": min(ms),
-                "median ms": statistics.median(ms),
+                "median ms": median,
                 "largest ms": max(ms),
-                "ratio": statistics.median(ms) / (rows[0]["median ms"] if rows else 1.0),
+                "ratio": median / (rows[0]["median ms"] if rows else median),
                 "misclassified": int(np.nansum(counts)),
             }
         )
-    rows[0]["ratio"] = 1.0
     return rows
