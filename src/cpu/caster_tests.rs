@@ -13,11 +13,11 @@ use super::light_grid::{
 };
 use super::light_grids::SeenGrid;
 use super::receivers::{
-    BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, faces_around,
+    BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, add_extents,
+    faces_around,
 };
 use super::shapes::{Corners, Shapes};
 use super::tiles::BLOCK;
-use super::view::View;
 use crate::occlusion::RayOf;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
@@ -50,10 +50,9 @@ pub fn masks_of_views<S: Simd>(
 /// What receivers are tested against: grids of each view.
 pub struct Tests<'a> {
     pub scene: &'a Scene,
-    /// Receivers are relative to it, and so is the light's position, or the way to it.
-    pub eye: DVec3,
+    /// The light's position relative to the eye, or the way to it.
     pub light_at: DVec3,
-    pub views: &'a [View],
+    pub views: &'a [ViewFromEye],
     pub grids: &'a [Vec<SeenGrid>],
     pub ray: &'a RayOf<'a>,
     /// Whether a certain hit is one. It is not where receivers are less well known than float32 rounds.
@@ -95,13 +94,8 @@ impl<S: Simd> InGrid<'_, S> {
     /// The holes of a triangle relative to a place of the grid, if it has any.
     #[inline(always)]
     fn holes<'s>(&self, scene: &'s Scene, id: u32, origin: [f32; 2]) -> Option<Holes<'s>> {
-        scene.masks()?;
-        Holes::new(
-            &self.grid.view,
-            scene,
-            id,
-            DVec2::from(origin.map(f64::from)),
-        )
+        let origin = DVec2::from(origin.map(f64::from));
+        Holes::new(&self.grid.view, scene, id, origin)
     }
 }
 
@@ -127,7 +121,7 @@ impl Tests<'_> {
                     match receivers.block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block) {
                         true => {
                             let (lit, left) = self.lit(simd, pixel, &block, &mut places, known);
-                            self.add_extents(simd, &block, &left, &mut places, &mut beside);
+                            add_extents(simd, self.views, &block, &left, &mut places, &mut beside);
                             lit
                         }
                         false => [0; BLOCK],
@@ -174,24 +168,6 @@ impl Tests<'_> {
             }
         }
         (lit, masks)
-    }
-
-    /// Adds to the extents of each view the receivers that are left of a block.
-    #[inline(always)]
-    fn add_extents<S: Simd>(
-        &self,
-        simd: S,
-        block: &BlockReceivers<S>,
-        left: &[[u32; BLOCK]; 6],
-        places: &mut BlockPlaces<S>,
-        extents: &mut [Extent; 6],
-    ) {
-        for ((view, left), extent) in self.views.iter().zip(left).zip(extents) {
-            if *left != [0; BLOCK] {
-                ViewFromEye::new(view, self.eye).places(simd, block, left, places);
-                extent.add(simd, places, left);
-            }
-        }
     }
 
     /// Which of the receivers are in shadow.

@@ -7,7 +7,10 @@ use super::lanes::{Simd, dispatch, level};
 use super::light_grid::GRID;
 use super::light_grids::Grids;
 use super::rasterize::Image;
-use super::receivers::{BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye};
+use super::receivers::{
+    BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, add_extents,
+    extents_of_jobs,
+};
 use super::tiles::{BLOCK, cut};
 use super::view::{Nearness, View, cube_views};
 use crate::camera::Camera;
@@ -26,10 +29,10 @@ const SAMPLED_ROW: usize = 3;
 pub struct Answer {
     pub visibility: Vec<f32>,
     /// Milliseconds of each pass.
-    pub timings: Vec<(&'static str, f64)>,
+    pub timings: [(&'static str, f64); 3],
     pub grids: Grids,
-    /// Whether all of them were known.
-    pub knew_grids: bool,
+    /// Whether there are grids that were not known.
+    pub has_new_grids: bool,
 }
 
 /// Takes what grids are known as far as they fit.
@@ -43,10 +46,14 @@ pub fn exact(
     let start = Instant::now();
     let receivers = Receivers::new(scene, image, camera, light);
     let views = views(light, scene);
+    let seen = views
+        .iter()
+        .map(|view| ViewFromEye::new(view, receivers.eye));
+    let seen: Vec<_> = seen.collect();
     let width = image.tiling.width;
     // Zeros, which the threads that fill them in come upon first: the system hands them out as they are touched.
     let mut visibility = vec![0.0; width * image.tiling.height];
-    let mut extents = sampled_extents(&receivers, &views);
+    let mut extents = sampled_extents(&receivers, &seen);
     let known = known.filter(|grids| grids.are_of(scene, light));
     let mut grids = match known {
         Some(grids) => (*grids).clone(),
@@ -57,19 +64,22 @@ pub fn exact(
         .into_iter()
         .enumerate()
         .collect();
-    let receivers_time = milliseconds(start);
-    let (mut grid_time, mut test_time, mut made) = (0.0, 0.0, 0);
+    let mut timings = [
+        (RECEIVERS_LABEL, milliseconds(start)),
+        (LIGHT_GRID_LABEL, 0.0),
+        (CASTER_TESTS_LABEL, 0.0),
+    ];
+    let mut has_new_grids = false;
     // Again with more grids where some receivers are beside what the samples showed.
     while !open.is_empty() {
         let start = Instant::now();
-        made += grids.add(scene, &views, &extents);
-        grid_time += milliseconds(start);
+        has_new_grids |= grids.add(scene, &views, &extents);
+        timings[1].1 += milliseconds(start);
         let start = Instant::now();
         let tests = Tests {
             scene,
-            eye: receivers.eye,
             light_at: receivers.light_at,
-            views: &views,
+            views: &seen,
             grids: &grids.seen_from(receivers.eye),
             ray: &|pixel, triangle| receivers.ray(pixel, triangle),
             trusts_hits: true,
@@ -88,22 +98,13 @@ pub fn exact(
             }
         }
         open = beside.into_iter().map(|(i, rows, _)| (i, rows)).collect();
-        test_time += milliseconds(start);
+        timings[2].1 += milliseconds(start);
     }
-    let knew_grids = made == 0;
-    let timings = [
-        (RECEIVERS_LABEL, receivers_time),
-        (LIGHT_GRID_LABEL, grid_time),
-        (CASTER_TESTS_LABEL, test_time),
-    ];
-    let timings = timings
-        .into_iter()
-        .filter(|&(label, _)| !(knew_grids && label == LIGHT_GRID_LABEL));
     Answer {
         visibility,
-        timings: timings.collect(),
+        timings,
         grids,
-        knew_grids,
+        has_new_grids,
     }
 }
 
@@ -133,21 +134,11 @@ pub fn views(light: &Light, scene: &Scene) -> Vec<View> {
 }
 
 /// The extents of some receivers in each view.
-fn sampled_extents(receivers: &Receivers, views: &[View]) -> Vec<Extent> {
-    let seen: Vec<_> = views
-        .iter()
-        .map(|view| ViewFromEye::new(view, receivers.eye))
-        .collect();
-    let of_rows = |i: usize| {
-        let mut extents = vec![Extent::EMPTY; seen.len()];
-        dispatch!(level(), simd => extents_of_rows(simd, receivers, &seen, i * BLOCK, &mut extents));
-        extents
-    };
-    let empty = || vec![Extent::EMPTY; seen.len()];
-    let both =
-        |a: Vec<Extent>, b: Vec<Extent>| a.into_iter().zip(b).map(|(a, b)| a.and(b)).collect();
-    let rows = (0..receivers.image.tiling.height.div_ceil(BLOCK)).into_par_iter();
-    rows.map(of_rows).reduce(empty, both)
+fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye]) -> Vec<Extent> {
+    let rows = receivers.image.tiling.height.div_ceil(BLOCK);
+    extents_of_jobs(seen.len(), rows, |i, extents| {
+        dispatch!(level(), simd => extents_of_rows(simd, receivers, seen, i * BLOCK, extents));
+    })
 }
 
 #[inline(always)]
@@ -163,15 +154,9 @@ fn extents_of_rows<S: Simd>(
     let mut places = BlockPlaces::none(simd);
     let row = SAMPLED_ROW.min(receivers.image.tiling.height - y - 1);
     for x in (0..receivers.image.tiling.width).step_by(BLOCK) {
-        if !receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
-            continue;
-        }
-        let masks = masks_of_views(simd, receivers.light_at, &block, seen.len());
-        for (face, view) in seen.iter().enumerate() {
-            if masks[face][row] != 0 {
-                view.places(simd, &block, &masks[face], &mut places);
-                extents[face].add(simd, &places, &masks[face]);
-            }
+        if receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
+            let masks = masks_of_views(simd, receivers.light_at, &block, seen.len());
+            add_extents(simd, seen, &block, &masks, &mut places, extents);
         }
     }
 }

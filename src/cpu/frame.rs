@@ -70,8 +70,8 @@ const MAX_PIXELS: usize = 1 << 28;
 #[derive(Default)]
 pub struct KeptParts {
     seen: Kept<Seen>,
-    hierarchy: Kept<Hierarchy>,
-    edges: Kept<KeptEdges>,
+    hierarchy: Kept<OfVertices<Bvh>>,
+    edges: Kept<OfVertices<Edges>>,
     /// Those of the last light.
     pub(super) grids: Kept<Grids>,
 }
@@ -83,37 +83,37 @@ pub(super) struct Seen {
     pub image: Image,
 }
 
-/// What finds the triangles near a ray.
-pub struct Hierarchy {
+/// What was made of the vertices as they were.
+pub struct OfVertices<T> {
     generation: u64,
-    pub bvh: Bvh,
+    pub made: T,
 }
 
-/// What silhouettes are found on.
-pub struct KeptEdges {
-    generation: u64,
-    pub edges: Edges,
+impl<T> Kept<OfVertices<T>> {
+    /// Made at first use and after the vertices moved; and whether it was made now.
+    fn of_vertices(
+        &self,
+        scene: &Scene,
+        make: impl FnOnce(&Scene) -> T,
+    ) -> Result<(Arc<OfVertices<T>>, bool)> {
+        let generation = scene.generation();
+        let holds = |known: &OfVertices<T>| known.generation == generation;
+        self.get(holds, |_| {
+            let made = make(scene);
+            Ok(OfVertices { generation, made })
+        })
+    }
 }
 
 impl KeptParts {
-    /// The scene's edges, likewise.
-    pub fn edges(&self, scene: &Scene) -> Result<(Arc<KeptEdges>, bool)> {
-        let generation = scene.generation();
-        let holds = |known: &KeptEdges| known.generation == generation;
-        self.edges.get(holds, |_| {
-            let edges = Edges::new(scene);
-            Ok(KeptEdges { generation, edges })
-        })
+    /// What silhouettes are found on, and whether it was made now.
+    pub fn edges(&self, scene: &Scene) -> Result<(Arc<OfVertices<Edges>>, bool)> {
+        self.edges.of_vertices(scene, Edges::new)
     }
 
-    /// The scene's hierarchy, built at first use and after the vertices moved, and whether it was built now.
-    pub fn hierarchy(&self, scene: &Scene) -> Result<(Arc<Hierarchy>, bool)> {
-        let generation = scene.generation();
-        let holds = |known: &Hierarchy| known.generation == generation;
-        self.hierarchy.get(holds, |_| {
-            let bvh = Bvh::new(scene);
-            Ok(Hierarchy { generation, bvh })
-        })
+    /// What finds the triangles near a ray, and whether it was built now.
+    pub fn hierarchy(&self, scene: &Scene) -> Result<(Arc<OfVertices<Bvh>>, bool)> {
+        self.hierarchy.of_vertices(scene, Bvh::new)
     }
 
     /// What the camera sees, and whether it was drawn now.

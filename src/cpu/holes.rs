@@ -17,8 +17,19 @@ pub struct Holes<'a> {
 
 impl<'a> Holes<'a> {
     /// `None` where the triangle has none.
+    #[inline]
     pub fn new(view: &View, scene: &'a Scene, triangle: u32, origin: DVec2) -> Option<Self> {
         let mask = scene.mask_of(triangle)?;
+        Self::of_mask(mask, view, scene, triangle, origin)
+    }
+
+    fn of_mask(
+        mask: Mask<'a>,
+        view: &View,
+        scene: &Scene,
+        triangle: u32,
+        origin: DVec2,
+    ) -> Option<Self> {
         let edges = Planes::new(view, scene, triangle, origin)?.edges;
         let [a, b, c] = *mask.corners;
         let value = |k: usize| edges[0] * a[k] + edges[1] * b[k] + edges[2] * c[k];

@@ -138,3 +138,13 @@ pub fn least<S: Simd>([a, b, c]: [f32x8<S>; 3]) -> f32x8<S> {
 pub fn greatest<S: Simd>([a, b, c]: [f32x8<S>; 3]) -> f32x8<S> {
     a.max(b).max(c)
 }
+
+#[inline]
+pub fn least_of(values: &[f32]) -> f32 {
+    values.iter().copied().fold(f32::INFINITY, f32::min)
+}
+
+#[inline]
+pub fn greatest_of(values: &[f32]) -> f32 {
+    values.iter().copied().fold(f32::NEG_INFINITY, f32::max)
+}

@@ -5,7 +5,8 @@
 
 use super::bins::{Bin, Cover, bins, eights, ids_at, triangles_of};
 use super::lanes::{
-    LANES, Simd, bits, dispatch, f32x8, greatest, least, level, mask_bits, mask32x8, splat,
+    LANES, Simd, bits, dispatch, f32x8, greatest, greatest_of, least, least_of, level, mask_bits,
+    mask32x8, splat,
 };
 use super::shapes::{Corners, Shapes};
 use super::tiles::{TILE, Tiling};
@@ -63,16 +64,14 @@ impl Group {
 
     /// Around all eight.
     fn bounds(&self) -> Bounds {
-        let least = |v: &[f32; LANES]| v.iter().copied().fold(f32::INFINITY, f32::min);
-        let greatest = |v: &[f32; LANES]| v.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         Bounds {
             sides: [
-                least(&self.low_u),
-                greatest(&self.high_u),
-                least(&self.low_v),
-                greatest(&self.high_v),
+                least_of(&self.low_u),
+                greatest_of(&self.high_u),
+                least_of(&self.low_v),
+                greatest_of(&self.high_v),
             ],
-            nearest: greatest(&self.nearest),
+            nearest: greatest_of(&self.nearest),
         }
     }
 

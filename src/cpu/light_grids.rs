@@ -11,6 +11,11 @@ use std::sync::Arc;
 /// A grid, and where it sees points from the eye.
 pub type SeenGrid = (Arc<LightGrid>, ViewFromEye);
 
+pub fn seen_grid(grid: Arc<LightGrid>, eye: DVec3) -> SeenGrid {
+    let seen = ViewFromEye::new(&grid.view, eye);
+    (grid, seen)
+}
+
 /// How far from the border of the grid the samples lie, in units.
 const ROOM: f64 = 64.0;
 
@@ -67,23 +72,19 @@ impl Grids {
         }
     }
 
-    /// Adds a grid for each extent that is not empty, and gives how many.
-    pub fn add(&mut self, scene: &Scene, views: &[View], extents: &[Extent]) -> usize {
-        let mut count = 0;
+    /// Adds a grid for each extent that is not empty, and says whether there is one.
+    pub fn add(&mut self, scene: &Scene, views: &[View], extents: &[Extent]) -> bool {
         for (grids, (view, &extent)) in self.of_views.iter_mut().zip(views.iter().zip(extents)) {
             if !extent.is_empty() {
                 let grid = Arc::new(LightGrid::new(fitted(view, &extent), scene));
                 grids.push(FittedGrid { grid, extent });
-                count += 1;
             }
         }
-        count
+        extents.iter().any(|extent| !extent.is_empty())
     }
 
     pub fn seen_from(&self, eye: DVec3) -> Vec<Vec<SeenGrid>> {
-        let seen = |FittedGrid { grid, .. }: &FittedGrid| {
-            (grid.clone(), ViewFromEye::new(&grid.view, eye))
-        };
+        let seen = |fitted: &FittedGrid| seen_grid(fitted.grid.clone(), eye);
         let of_views = self.of_views.iter();
         of_views
             .map(|grids| grids.iter().map(seen).collect())

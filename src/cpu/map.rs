@@ -199,8 +199,7 @@ impl Rays<'_> {
             }
             Self::Table(rays) => {
                 let (x, y) = rays.eight(simd, first);
-                let origin = DVec2::from(rays.origin.map(f64::from));
-                (origin, [wide(x.into()), wide(y.into())])
+                (rays.origin(), [wide(x.into()), wide(y.into())])
             }
         }
     }

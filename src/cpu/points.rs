@@ -12,9 +12,12 @@ use super::caster_tests::{Known, Tests, masks_of_views};
 use super::exact::views;
 use super::lanes::{LANES, Simd, dispatch, each, f64x8, level};
 use super::light_grid::LightGrid;
-use super::light_grids::{SeenGrid, fitted};
+use super::light_grids::{SeenGrid, fitted, seen_grid};
 use super::rasterize::NONE;
-use super::receivers::{BlockPlaces, BlockReceivers, Extent, ViewFromEye, dot, in_cone, splat64};
+use super::receivers::{
+    BlockPlaces, BlockReceivers, Extent, ViewFromEye, add_extents, dot, extents_of_jobs, in_cone,
+    splat64,
+};
 use super::shadow_rays::{RAY_ROUNDING, is_lit};
 use super::tiles::BLOCK;
 use super::view::View;
@@ -199,7 +202,7 @@ pub struct LitPoints<'a> {
 /// What finds the triangles that may stand before a point.
 enum By<'a> {
     Grids {
-        views: Vec<View>,
+        views: Vec<ViewFromEye>,
         grids: Vec<Vec<SeenGrid>>,
     },
     Rays {
@@ -212,10 +215,7 @@ impl<'a> LitPoints<'a> {
     /// By rays where there is a hierarchy, else by grids.
     pub fn new(points: &'a Points<'a>, light: &'a Light, hierarchy: Option<&'a Bvh>) -> Self {
         let seen = Seen {
-            at: match light.position() {
-                Some(position) => position - points.eye,
-                None => light.vector_from_point(points.eye),
-            },
+            at: light.vector_from_point(points.eye),
             is_at_infinity: light.position().is_none(),
             cone: light.cone(),
         };
@@ -258,7 +258,6 @@ impl<'a> LitPoints<'a> {
                 let ray = |(x, y): (usize, usize), _| self.points.ray(self.light, x + y * LANES);
                 let tests = Tests {
                     scene: self.points.scene,
-                    eye: self.points.eye,
                     light_at: self.seen.at,
                     views,
                     grids,
@@ -308,20 +307,12 @@ impl<'a> LitPoints<'a> {
 /// Grids of what the light sees, as far as both points and the scene reach.
 fn grids<'a>(points: &Points, light: &Light, seen: &Seen) -> By<'a> {
     let views = views(light, points.scene);
-    let seen_views: Vec<_> = views
-        .iter()
-        .map(|view| ViewFromEye::new(view, points.eye))
-        .collect();
-    let none = || vec![Extent::EMPTY; views.len()];
-    let jobs = (0..points.count().div_ceil(JOB_POINTS)).into_par_iter();
-    let extents = jobs.map(|job| {
-        let mut extents = none();
-        dispatch!(level(), simd => extents_of_job(simd, points, seen, &seen_views, job, &mut extents));
-        extents
+    let seen_views = views.iter().map(|view| ViewFromEye::new(view, points.eye));
+    let seen_views: Vec<_> = seen_views.collect();
+    let jobs = points.count().div_ceil(JOB_POINTS);
+    let extents = extents_of_jobs(views.len(), jobs, |job, extents| {
+        dispatch!(level(), simd => extents_of_job(simd, points, seen, &seen_views, job, extents));
     });
-    let both =
-        |a: Vec<Extent>, b: Vec<Extent>| a.into_iter().zip(b).map(|(a, b)| a.and(b)).collect();
-    let extents = extents.reduce(none, both);
     let bounds = seen
         .is_at_infinity
         .then(|| extent_of_scene(&views[0], points.scene));
@@ -335,13 +326,15 @@ fn grids<'a>(points: &Points, light: &Light, seen: &Seen) -> By<'a> {
         let extent = bounds.map_or(*extent, |bounds| extent.common(bounds));
         let grid = (!extent.is_empty()).then(|| {
             let view = fitted(view, &extent.widened(room));
-            let seen = ViewFromEye::new(&view, points.eye);
-            (Arc::new(LightGrid::new(view, points.scene)), seen)
+            seen_grid(Arc::new(LightGrid::new(view, points.scene)), points.eye)
         });
         Vec::from_iter(grid)
     };
     let grids = views.iter().zip(&extents).map(grid).collect();
-    By::Grids { views, grids }
+    By::Grids {
+        views: seen_views,
+        grids,
+    }
 }
 
 #[inline(always)]
@@ -359,12 +352,7 @@ fn extents_of_job<S: Simd>(
     for first in range.step_by(BLOCK_POINTS) {
         points.block(simd, first, light, &mut block);
         let masks = masks_of_views(simd, light.at, &block, views.len());
-        for ((view, mask), extent) in views.iter().zip(&masks).zip(extents.iter_mut()) {
-            if *mask != [0; BLOCK] {
-                view.places(simd, &block, mask, &mut places);
-                extent.add(simd, &places, mask);
-            }
-        }
+        add_extents(simd, views, &block, &masks, &mut places, extents);
     }
 }
 

@@ -254,9 +254,8 @@ impl<'a> Tile<'a> {
 
     #[inline(never)]
     fn draw_wide<S: Simd>(&mut self, simd: S, id: u32) {
-        let origin = DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5;
         let seen = (self.view, self.scene);
-        if let Some(shapes) = Shapes::wide(seen, id, origin, f64::from(SIDE), 0.0) {
+        if let Some(shapes) = Shapes::wide(seen, id, self.origin(), f64::from(SIDE), 0.0) {
             simd.vectorize(
                 #[inline(always)]
                 || self.draw::<S, true>(simd, &shapes, 0, id, [0, TILE - 1, 0, TILE - 1]),
@@ -290,40 +289,33 @@ impl<'a> Tile<'a> {
                 (blocks, covered, nearest) = (blocks & found.touched, found.covered, found.nearest);
             }
             blocks &= mask_bits(farthest.simd_le(nearest + room));
-            for bx in bits(blocks) {
-                let is_covered = covered >> bx & 1 != 0;
-                let (block, rows) = ((bx, by), rows.clone());
-                self.draw_in_block::<S, IS_WIDE, false>(
-                    simd,
-                    (shapes, lane),
-                    id,
-                    block,
-                    rows,
-                    is_covered,
-                );
-            }
+            let blocks = (by, blocks, covered);
+            self.draw_in_blocks::<S, IS_WIDE, false>(simd, (shapes, lane), id, blocks, rows);
         }
     }
 
-    /// Draws into some rows of a block, which may be covered, and finds what it holds then.
+    /// Draws into some rows of blocks that are side by side, of which some are covered, and finds what each holds then.
     #[inline(always)]
-    pub fn draw_in_block<S: Simd, const IS_WIDE: bool, const HAS_RAYS: bool>(
+    pub fn draw_in_blocks<S: Simd, const IS_WIDE: bool, const HAS_RAYS: bool>(
         &mut self,
         simd: S,
         (shapes, lane): (&Shapes, usize),
         id: u32,
-        (bx, by): (usize, usize),
+        (by, blocks, covered): (usize, u32, u32),
         rows: Range<usize>,
-        is_covered: bool,
     ) {
-        let is_whole = is_covered || rows.len() == BLOCK;
-        let may_win = if is_covered {
-            self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
-        } else {
-            self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
-        };
-        if is_whole && may_win {
-            self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+        for bx in bits(blocks) {
+            let is_covered = covered >> bx & 1 != 0;
+            let is_whole = is_covered || rows.len() == BLOCK;
+            let rows = rows.clone();
+            let may_win = if is_covered {
+                self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
+            } else {
+                self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
+            };
+            if is_whole && may_win {
+                self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+            }
         }
     }
 
@@ -423,12 +415,22 @@ impl<'a> Tile<'a> {
     /// Sets up what masks the triangle that is drawn next.
     #[inline(always)]
     pub fn find_holes(&mut self, id: u32) {
-        if self.scene.masks().is_some() {
-            let origin = match self.rays {
-                Some(rays) => DVec2::from(rays.origin.map(f64::from)),
-                None => DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5,
-            };
-            self.holes = Holes::new(self.view, self.scene, id, origin);
+        self.holes = Holes::new(self.view, self.scene, id, self.origin());
+    }
+
+    /// What places are relative to: that of the rays, or the middle of the first pixel.
+    pub fn origin(&self) -> DVec2 {
+        match self.rays {
+            Some(rays) => rays.origin(),
+            None => DVec2::new(self.corner.0 as f64, self.corner.1 as f64) + 0.5,
+        }
+    }
+
+    /// The place of a pixel relative to the origin.
+    fn offset(&self, place: usize) -> DVec2 {
+        match self.rays {
+            Some(rays) => rays.offset(place),
+            None => DVec2::new((place % TILE) as f64, (place / TILE) as f64),
         }
     }
 
@@ -438,13 +440,7 @@ impl<'a> Tile<'a> {
         let Some(holes) = &self.holes else {
             return pixels;
         };
-        let is_solid = |place: usize| {
-            let at = match self.rays {
-                Some(rays) => [rays.x[place], rays.y[place]].map(f64::from),
-                None => [(place % TILE) as f64, (place / TILE) as f64],
-            };
-            !holes.has_at(at.into())
-        };
+        let is_solid = |place: usize| !holes.has_at(self.offset(place));
         let solid = bits(pixels).filter(|i| is_solid(first + i));
         solid.fold(0, |solid, i| solid | 1 << i)
     }
@@ -452,13 +448,7 @@ impl<'a> Tile<'a> {
     /// A pixel that float32 leaves open.
     #[inline(never)]
     fn decide(&mut self, place: usize, id: u32) {
-        let middle = match self.rays {
-            Some(rays) => rays.place(place),
-            None => {
-                let (x, y) = (self.corner.0 + place % TILE, self.corner.1 + place / TILE);
-                DVec2::new(x as f64, y as f64) + 0.5
-            }
-        };
+        let middle = self.origin() + self.offset(place);
         let Some(new) = self.view.nearness_at(self.scene, middle, id) else {
             return;
         };

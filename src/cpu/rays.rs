@@ -113,10 +113,9 @@ impl Painter<'_> {
 impl Tile<'_> {
     #[inline(never)]
     fn draw_wide_at_rays<S: Simd>(&mut self, simd: S, id: u32, rays: &TileRays) {
-        let origin = DVec2::from(rays.origin.map(f64::from));
-        let seen = (self.view, self.scene);
+        let (seen, side) = ((self.view, self.scene), f64::from(rays.side));
         let rounding = self.view.rounding();
-        if let Some(shapes) = Shapes::wide(seen, id, origin, f64::from(rays.side), rounding) {
+        if let Some(shapes) = Shapes::wide(seen, id, rays.origin(), side, rounding) {
             simd.vectorize(
                 #[inline(always)]
                 || self.draw_at_rays::<S, true>(simd, (&shapes, 0, EVERYWHERE), id, rays),
@@ -144,18 +143,8 @@ impl Tile<'_> {
             }
             let (touched, covered, nearest) = rays.blocks(simd, (shapes, lane), by);
             let blocks = met & touched & mask_bits(farthest.simd_le(nearest + room));
-            for bx in bits(blocks) {
-                let is_covered = covered >> bx & 1 != 0;
-                let (block, rows) = ((bx, by), by * BLOCK..(by + 1) * BLOCK);
-                self.draw_in_block::<S, IS_WIDE, true>(
-                    simd,
-                    (shapes, lane),
-                    id,
-                    block,
-                    rows,
-                    is_covered,
-                );
-            }
+            let (blocks, rows) = ((by, blocks, covered), by * BLOCK..(by + 1) * BLOCK);
+            self.draw_in_blocks::<S, IS_WIDE, true>(simd, (shapes, lane), id, blocks, rows);
         }
     }
 }
@@ -255,7 +244,7 @@ impl<'a> RayTable<'a> {
     }
 }
 
-/// The face of a cube that a direction falls in, as `Receivers::faces` counts them.
+/// The face of a cube that a direction falls in, as `faces_around` counts them.
 fn face_of(direction: DVec3) -> usize {
     let [x, y, z] = direction.abs().to_array();
     let axis = match (y <= x && z <= x, z <= y) {

@@ -12,6 +12,7 @@ use crate::scene::{Scene, unit_normal};
 use crate::sides::Source;
 use fearless_simd::prelude::*;
 use glam::{DVec3, DVec4};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A height over a plane whose sign rounding cannot turn, as a share of the lengths that it is a product of.
@@ -88,10 +89,7 @@ impl<'a> Receivers<'a> {
             camera,
             eye: camera.eye,
             light,
-            light_at: match light.position() {
-                Some(position) => position - camera.eye,
-                None => light.vector_from_point(camera.eye),
-            },
+            light_at: light.vector_from_point(camera.eye),
             first: start + ray,
             column: camera.right / camera.focal.x,
             row: -camera.up / camera.focal.y,
@@ -474,6 +472,41 @@ impl<S: Simd> BlockPlaces<S> {
             nearness: none,
         }
     }
+}
+
+/// Adds the receivers of a block that each view sees to its extent.
+#[inline(always)]
+pub fn add_extents<S: Simd>(
+    simd: S,
+    views: &[ViewFromEye],
+    block: &BlockReceivers<S>,
+    masks: &[[u32; BLOCK]],
+    places: &mut BlockPlaces<S>,
+    extents: &mut [Extent],
+) {
+    for ((view, mask), extent) in views.iter().zip(masks).zip(extents) {
+        if *mask != [0; BLOCK] {
+            view.places(simd, block, mask, places);
+            extent.add(simd, places, mask);
+        }
+    }
+}
+
+/// The extents in so many views of what jobs find, each on its own.
+pub fn extents_of_jobs(
+    views: usize,
+    jobs: usize,
+    find: impl Fn(usize, &mut [Extent]) + Sync + Send,
+) -> Vec<Extent> {
+    let none = || vec![Extent::EMPTY; views];
+    let of_job = |job: usize| {
+        let mut extents = none();
+        find(job, &mut extents);
+        extents
+    };
+    let both =
+        |a: Vec<Extent>, b: Vec<Extent>| a.into_iter().zip(b).map(|(a, b)| a.and(b)).collect();
+    (0..jobs).into_par_iter().map(of_job).reduce(none, both)
 }
 
 /// Least and greatest place of receivers, and how near they are.

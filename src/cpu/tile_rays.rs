@@ -1,6 +1,6 @@
 //! The rays of a tile of a map, where they are no middles of pixels.
 
-use super::lanes::{LANES, Simd, f32x8, mask_bits, splat};
+use super::lanes::{LANES, Simd, f32x8, greatest_of, least_of, mask_bits, splat};
 use super::shapes::Shapes;
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
 use fearless_simd::prelude::*;
@@ -72,10 +72,10 @@ impl TileRays {
         for by in 0..BLOCKS {
             let of_row = |k: usize| &self.boxes[k][by * BLOCKS..(by + 1) * BLOCKS];
             let sides = [
-                least(of_row(0)),
-                greatest(of_row(1)),
-                least(of_row(2)),
-                greatest(of_row(3)),
+                least_of(of_row(0)),
+                greatest_of(of_row(1)),
+                least_of(of_row(2)),
+                greatest_of(of_row(3)),
             ];
             for (side, values) in sides.into_iter().zip(&mut self.row_boxes) {
                 values[by] = side;
@@ -87,7 +87,7 @@ impl TileRays {
     /// Least and greatest column and row of the rays.
     pub fn sides(&self) -> [f32; 4] {
         let [x0, x1, y0, y1] = &self.row_boxes;
-        [least(x0), greatest(x1), least(y0), greatest(y1)]
+        [least_of(x0), greatest_of(x1), least_of(y0), greatest_of(y1)]
     }
 
     /// First and last column and row of the tiles of the view that the rays fall in.
@@ -113,13 +113,13 @@ impl TileRays {
         (f32x8::from_slice(simd, x), f32x8::from_slice(simd, y))
     }
 
-    /// The place of a texel in the plane.
-    pub fn place(&self, texel: usize) -> DVec2 {
-        let at = |origin: f32, v: f32| f64::from(origin) + f64::from(v);
-        DVec2::new(
-            at(self.origin[0], self.x[texel]),
-            at(self.origin[1], self.y[texel]),
-        )
+    pub fn origin(&self) -> DVec2 {
+        DVec2::from(self.origin.map(f64::from))
+    }
+
+    /// The place of a texel in the plane, relative to the origin.
+    pub fn offset(&self, texel: usize) -> DVec2 {
+        DVec2::from([self.x[texel], self.y[texel]].map(f64::from))
     }
 
     /// The rows of blocks whose box a triangle's box meets: least and greatest column and row.
@@ -173,14 +173,6 @@ impl TileRays {
         let covered = is_there & splat(simd, 1.5).simd_lt(fewest);
         (mask_bits(touched), mask_bits(covered), nearest)
     }
-}
-
-fn least(values: &[f32]) -> f32 {
-    values.iter().copied().fold(f32::INFINITY, f32::min)
-}
-
-fn greatest(values: &[f32]) -> f32 {
-    values.iter().copied().fold(f32::NEG_INFINITY, f32::max)
 }
 
 /// Which of eight boxes meet a box.

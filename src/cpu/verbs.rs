@@ -200,9 +200,11 @@ impl<'a> Verbs<'a> for Frame<'a> {
     ) -> Result<Recorded> {
         let known = self.culls.then(|| self.kept.grids.known()).flatten();
         let found = exact(self.scene, self.image(), self.camera, self.light, known);
-        self.timings.extend(found.timings);
-        if found.knew_grids {
-            self.skip(LIGHT_GRID_LABEL);
+        for (label, milliseconds) in found.timings {
+            match label == LIGHT_GRID_LABEL && !found.has_new_grids {
+                true => self.skip(label),
+                false => self.add_milliseconds(label, milliseconds),
+            }
         }
         self.kept.grids.keep(found.grids);
         Ok(Recorded::without_layers(found.visibility))
@@ -217,7 +219,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
         self.add_kept(HIERARCHY_LABEL, start, is_new);
         let (visibility, rays) = self.timed(SHADOW_RAYS_LABEL, |frame| {
             let (camera, light) = (frame.camera, frame.light);
-            shadow_rays(frame.scene, frame.image(), camera, light, &hierarchy.bvh)
+            shadow_rays(frame.scene, frame.image(), camera, light, &hierarchy.made)
         });
         self.count(SHADOW_RAYS_LABEL, "rays", rays);
         Ok(Recorded::without_layers(visibility))
@@ -228,7 +230,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
         let (edges, is_new) = self.kept.edges(self.scene)?;
         self.add_kept(EDGES_LABEL, start, is_new);
         let (visibility, sides) = self.timed(SHADOW_VOLUMES_LABEL, |frame| {
-            shadow_volumes(&frame.receivers(), &edges.edges)
+            shadow_volumes(&frame.receivers(), &edges.made)
         });
         self.count(SHADOW_VOLUMES_LABEL, "sides", sides);
         Ok(Recorded::without_layers(visibility))

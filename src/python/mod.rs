@@ -139,7 +139,7 @@ fn reference_of_image<'py>(
         let (camera, light) = (&camera.0, &light.0);
         Ok::<_, Error>(reference::reference(
             &scene_read,
-            &hierarchy.bvh,
+            &hierarchy.made,
             camera,
             light,
         ))

@@ -37,7 +37,7 @@ pub fn shadows_at<'py>(
             Ok((points, hierarchy.transpose()?))
         })
     })?;
-    let hierarchy = hierarchy.as_ref().map(|(hierarchy, _)| &hierarchy.bvh);
+    let hierarchy = hierarchy.as_ref().map(|(hierarchy, _)| &hierarchy.made);
     let mut answers = vec![0; count];
     let mut visibility = vec![0.0; lights.len() * count];
     for (light, visibility) in lights.iter().zip(visibility.chunks_mut(count.max(1))) {

@@ -130,10 +130,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) {
         let scene = self.receivers.scene;
         let middle = DVec2::from(origin.map(f64::from));
-        let masked = scene.masks().is_some();
-        let holes = masked
-            .then(|| Holes::new(seen, scene, id, middle))
-            .flatten();
+        let holes = Holes::new(seen, scene, id, middle);
         // Two rows at once.
         for i in (0..BLOCK).step_by(2) {
             let of_pair = left[i] | left[i + 1] << LANES;
