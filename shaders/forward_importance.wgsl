@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if uses_normal {
         let normal = projected_from_normal(projection, normal_of_triangle(stored.triangle));
         // In world axes: the steps take the covector back.
-        let from_eye = select(forward.eye.xyz, q - forward.eye.xyz, forward.eye.w > 0.0);
+        let from_eye = q * forward.eye.w - forward.eye.xyz;
         let world = projection.step_x.xyz * from_eye.x + projection.step_y.xyz * from_eye.y
             + projection.step_z.xyz * from_eye.z;
         cosine = abs(dot(normal, from_eye)) / max(length(world), 1e-30);

@@ -50,7 +50,7 @@ fn importance_of(
 ) -> f32 {
     let texel = texel_width(projection, receiver.q);
     let cosine = abs(dot(receiver.normal, normalize(receiver.ray)));
-    var value = importance_of_surface(select(receiver.depth, 1.0, is_orthographic), texel, cosine, importance.normal_bonus);
+    var value = importance_of_surface(image_width_at(receiver.depth), texel, cosine, importance.normal_bonus);
     if uses_shadow_edge {
         let size = importance.shadow_edges;
         value *= shadow_edges[cell_at(uv.y, size) * size + cell_at(uv.x, size)];

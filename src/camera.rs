@@ -181,6 +181,14 @@ impl Camera {
         }
     }
 
+    /// The same as a function of a homogeneous point, by that of the depth.
+    pub fn row_of_width(&self, depth: DVec4) -> DVec4 {
+        match self.rays {
+            Rays::Perspective => depth,
+            Rays::Orthographic => DVec4::W,
+        }
+    }
+
     /// Where a point relative to the eye is in the image, and its depth.
     pub fn place_from_eye(&self, from_eye: DVec3) -> (DVec2, f64) {
         let depth = from_eye.dot(self.forward);
@@ -210,19 +218,13 @@ impl Camera {
     /// Column and row around the principal point, each times `w`, and `w`: functions of a homogeneous point in the world.
     pub fn rows_of_centred_image(&self) -> [DVec4; 3] {
         let [right, up, forward] = self.rows_from(self.eye);
-        let w = match self.rays {
-            Rays::Perspective => forward,
-            Rays::Orthographic => DVec4::W,
-        };
+        let w = self.row_of_width(forward);
         [right * self.focal.x, -up * self.focal.y, w]
     }
 
     /// Column and row, each times `w`, and `w`: functions of (point, 1), the point relative to the eye.
     pub fn image_rows(&self) -> [DVec4; 3] {
-        let w = match self.rays {
-            Rays::Perspective => self.forward.extend(0.0),
-            Rays::Orthographic => DVec4::W,
-        };
+        let w = self.row_of_width(self.forward.extend(0.0));
         let row = |axis: DVec3, focal: f64, centre: f64| (axis * focal).extend(0.0) + w * centre;
         [
             row(self.right, self.focal.x, self.centre.x),

@@ -4,7 +4,7 @@
 //! at its base level, bilinearly or by the nearest texel, as for glTF's `alphaMode: MASK`: whether a ray is stopped follows
 //! from the point that it meets, and from nothing else.
 
-use crate::error::{Result, ensure_value};
+use crate::error::{Error, Result, ensure_value};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
 /// No mask, in place of the number of a masked triangle.
@@ -253,13 +253,10 @@ impl Masks {
         );
         for ((triangle, &number), corners) in of_masked.zip(corners) {
             let known = masks.images.len();
-            let image = masks.images.get(number as usize);
-            let Some(image) = image else {
-                ensure_value!(
-                    false,
+            let Some(image) = masks.images.get(number as usize) else {
+                return Err(Error::Value(format!(
                     "face_alpha must index one of {known} alpha images: face {triangle} has {number}"
-                );
-                continue;
+                )));
             };
             let is_known =
                 |corner: &DVec3| corner.is_finite() && corner.abs().max_element() < MAX_COORDINATE;
@@ -297,11 +294,8 @@ impl Masks {
 
     /// The masked ones in the order of their numbers, each with the number of its image.
     pub fn masked(&self) -> impl Iterator<Item = (usize, Mask<'_>)> {
-        self.masked.iter().map(|masked| {
-            let image = &self.images[masked.image as usize];
-            let corners = &masked.corners;
-            (masked.image as usize, Mask { image, corners })
-        })
+        let masked = self.masked.iter();
+        masked.map(|masked| (masked.image as usize, self.mask_of(masked)))
     }
 
     pub fn triangle_count(&self) -> usize {
@@ -317,11 +311,15 @@ impl Masks {
     #[inline]
     pub fn of_triangle(&self, triangle: u32) -> Option<Mask<'_>> {
         let number = self.numbers[triangle as usize];
-        let masked = self.masked.get(number as usize)?;
-        Some(Mask {
+        Some(self.mask_of(self.masked.get(number as usize)?))
+    }
+
+    #[inline]
+    fn mask_of<'a>(&'a self, masked: &'a MaskedTriangle) -> Mask<'a> {
+        Mask {
             image: &self.images[masked.image as usize],
             corners: &masked.corners,
-        })
+        }
     }
 }
 

@@ -220,7 +220,7 @@ pub fn render(
             let lights = lights.iter();
             let rendered = lights.map(|light| {
                 let frame = cpu::Frame::new(scene, camera, light, &cache.cpu, outputs.culls)?;
-                render_on_cpu(frame, (scene, camera, light), method, outputs)
+                render_on_cpu(frame, method, outputs)
             });
             rendered.collect::<Result<_>>()?
         }
@@ -231,14 +231,9 @@ pub fn render(
     Ok(rendered)
 }
 
-fn render_on_cpu(
-    mut frame: cpu::Frame,
-    view: (&Scene, &Camera, &Light),
-    method: &Method,
-    outputs: Outputs,
-) -> Result<Rendered> {
+fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Result<Rendered> {
     let mut recorded = method.record(&mut frame)?;
-    let (scene, camera, light) = view;
+    let (scene, camera, light) = (frame.scene, frame.camera, frame.light);
     // What has no map knows all triangles.
     let at_light = match recorded.layers.is_empty() {
         true => vec![],
@@ -248,7 +243,7 @@ fn render_on_cpu(
     let triangle_id = reads_triangles.then(|| frame.image().triangle_ids());
     let triangle_id = triangle_id.unwrap_or_default();
     if !at_light.is_empty() {
-        let lit = &mut recorded.visibility;
+        let (view, lit) = ((scene, camera, light), &mut recorded.visibility);
         let (facts, milliseconds) = shadow_by(&at_light, view, &triangle_id, lit);
         frame.stats.facts.add(unsure::LABEL, facts);
         frame.timings.push((unsure::LABEL, milliseconds));

@@ -113,9 +113,7 @@ pub fn sides_for_float32(scene: &Scene, light: &Light, eye: DVec3) -> Option<Vec
 
 /// What float32 may hide of the height of a light above a plane.
 fn hidden_height(scene: &Scene, position: DVec3, eye: DVec3) -> f64 {
-    let (low, high) = scene.bounds();
-    let farthest = |point: DVec3| (point - low).abs().max((point - high).abs()).length();
-    HIDDEN_SHARE * (farthest(position) + farthest(eye))
+    HIDDEN_SHARE * (scene.farthest(position) + scene.farthest(eye))
 }
 
 /// The sides of all triangles, 0 also of those without an area. Those that float32 is sure of are not asked for again.
@@ -174,9 +172,8 @@ pub fn triangles_at_light(scene: &Scene, light: &Light, eye: DVec3, words: &[u32
 
 /// The same for whoever has no use for the sides.
 pub fn casters_at_light(scene: &Scene, light: &Light, eye: DVec3) -> Vec<u32> {
-    let has_position = light.position().is_some();
-    let words = has_position.then(|| sides_for_float32(scene, light, eye));
-    let words = words.flatten();
+    let position = light.position();
+    let words = position.and_then(|_| sides_for_float32(scene, light, eye));
     words.map_or_else(Vec::new, |words| {
         triangles_at_light(scene, light, eye, &words)
     })

@@ -123,8 +123,8 @@ impl Warp {
         texels: usize,
         texel: V2<L>,
     ) -> V2<L> {
-        let functions = self.functions_of_texel(inverses, texels, texel);
-        self.linear_by_functions(inverses, texels, functions, texel)
+        let (functions, y) = self.functions_and_y(inverses, texels, texel);
+        V2::new(L::gather(inverses, texels, functions.x, texel.x), y)
     }
 
     /// The functions of a row and of a column that take a place to the centre of a texel.
@@ -135,10 +135,21 @@ impl Warp {
         texels: usize,
         texel: V2<L>,
     ) -> V2<L> {
+        self.functions_and_y(inverses, texels, texel).0
+    }
+
+    /// The same, and the second coordinate of that place.
+    #[inline(always)]
+    fn functions_and_y<L: Lane>(
+        &self,
+        inverses: &[f32],
+        texels: usize,
+        texel: V2<L>,
+    ) -> (V2<L>, L) {
         let size = texel.x.constant(texels as f64);
         let column = self.function_at((texel.x + texel.x.constant(0.5)) / size);
         let y = L::gather(inverses, texels, self.along_y(column), texel.y);
-        V2::new(self.function_at(y), column)
+        (V2::new(self.function_at(y), column), y)
     }
 
     /// What two functions take to the centre of a texel.

@@ -125,6 +125,16 @@ def test_pixels_and_texels_have_one_width_each(engine):
     np.testing.assert_allclose(positive, positive.max(), rtol=1e-5)
 
 
+@pytest.mark.parametrize("analysis", ["backward", "forward"])
+def test_a_plane_is_seen_at_one_angle(engine, analysis):
+    """Down by 3 while ahead by 4: the cosine between a line of sight and the normal is 3 / 5."""
+    floor = lx.Scene([(-4, 0, -4), (-4, 0, 4), (4, 0, 4), (4, 0, -4)], [(0, 1, 2), (0, 2, 3)])
+    camera = lx.Camera.look_at((0, 3, 4), (0, 0, 0), ymag=2.0, width=96, height=64)
+    method = lx.RectilinearWarp(importance="normal", normal_bonus=3, analysis=analysis)
+    importance = lx.importance_map(floor, camera, lx.DirectionalLight((0, -1, 0)), method)
+    np.testing.assert_allclose(importance[importance > 0], 1 + 3 * 3 / 5, rtol=1e-5)
+
+
 def test_it_is_the_limit_of_a_pinhole_far_away(engine):
     scene = views.small("colonnade")
     camera = camera_of(scene)

@@ -77,6 +77,11 @@ fn depth_in_cone(receivers: Receivers, from_eye: vec3<f32>) -> f32 {
     return receivers.cone_at_eye + receivers.cone_sine * along - receivers.cone_cosine * aside;
 }
 
+// How many times as wide as at a depth of 1 the camera's image is.
+fn image_width_at(depth: f32) -> f32 {
+    return select(depth, 1.0, is_orthographic);
+}
+
 // The camera's ray at a centred place of the image, 1 along the viewing direction.
 fn camera_ray(receivers: Receivers, place: vec2<f32>) -> vec3<f32> {
     if is_orthographic {
@@ -129,7 +134,7 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
             );
             receiver.faces_light = receiver.faces_light && all(sides >= vec4<f32>(0.0));
         }
-        let q = vec4<f32>(select(xy * z, xy, is_orthographic), z, 1.0);
+        let q = vec4<f32>(xy * image_width_at(z), z, 1.0);
         receiver.q = vec3<f32>(dot(receivers.light_x, q), dot(receivers.light_y, q), dot(receivers.light_z, q));
         receiver.normal = normal;
         receiver.ray = ray;

@@ -91,7 +91,8 @@ impl SeenByLight<'_> {
         }
         if let Some(bonus) = factors.normal {
             let normal = self.scene.unit_normals()[triangle as usize];
-            value *= factor_of_normal(bonus, normal.as_dvec3(), from_eye);
+            let sight = camera.sight_of(from_eye);
+            value *= factor_of_normal(bonus, normal.as_dvec3(), sight);
         }
         if let Some(edges) = factors.shadow_edge {
             value *= f32::from_bits(edges.values[texel]);

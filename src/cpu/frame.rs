@@ -133,9 +133,9 @@ impl KeptParts {
 
 /// The scene, the camera and a light, and what was made of them so far.
 pub struct Frame<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) camera: &'a Camera,
-    pub(super) light: &'a Light,
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub light: &'a Light,
     pub(super) kept: &'a KeptParts,
     pub(super) seen: Arc<Seen>,
     /// The last samples' image.

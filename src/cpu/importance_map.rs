@@ -43,8 +43,8 @@ pub fn weight_of_place(weights: Option<&Grid<Words>>, [u, v]: [f32; 2]) -> f32 {
 
 /// By the cosine between a surface's normal and the ray from the eye.
 #[inline(always)]
-pub fn factor_of_normal(bonus: f64, normal: DVec3, from_eye: DVec3) -> f32 {
-    (1.0 + bonus * (normal.dot(from_eye) / from_eye.length()).abs()) as f32
+pub fn factor_of_normal(bonus: f64, normal: DVec3, sight: DVec3) -> f32 {
+    (1.0 + bonus * (normal.dot(sight) / sight.length()).abs()) as f32
 }
 
 /// The importance of a layer's cells from the receivers. Counts along y are of where the warp's functions along x put
@@ -220,7 +220,8 @@ impl Pass<'_> {
         let mut weight = 1.0;
         if let Some(bonus) = factors.normal {
             let normal = self.receivers.scene.unit_normals()[receiver.triangle as usize];
-            weight = factor_of_normal(bonus, normal.as_dvec3(), receiver.point);
+            let sight = self.receivers.camera.sight_of(receiver.point);
+            weight = factor_of_normal(bonus, normal.as_dvec3(), sight);
         }
         let (x, y) = receiver.pixel;
         if let Some(boundary) = factors.boundary {

@@ -115,8 +115,11 @@ pub fn rotated_layers(setting: Setting, rotation: Rotation) -> Vec<Layer> {
 }
 
 /// The layers around a light's position; of a light far away, for which one holds all that it lights, that one.
-pub fn layers_around(setting: Setting, layers: impl FnOnce(DVec3) -> Vec<Layer>) -> Vec<Layer> {
-    let far_away = || vec![parallel_layer(setting)];
+pub fn layers_around(
+    setting: Setting,
+    layers: impl FnOnce(DVec3) -> Result<Vec<Layer>>,
+) -> Result<Vec<Layer>> {
+    let far_away = || Ok(vec![parallel_layer(setting)]);
     setting.near_position().map_or_else(far_away, layers)
 }
 

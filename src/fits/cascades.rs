@@ -108,6 +108,11 @@ fn farthest_depth(setting: Setting) -> f64 {
 /// Depths along the viewing direction between one slab and the next, ascending.
 fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result<Vec<f64>> {
     let Slabs { count, splits, .. } = slabs;
+    let setting = receivers.setting();
+    let between = |near_and_far| {
+        let splits = for_rays(setting.camera.rays, splits);
+        splits_between(near_and_far, count, splits, slabs.weight)
+    };
     if matches!(splits, Splits::Receivers | Splits::Quantiles) {
         let depths = depths_of(&receivers.samples(slabs.sample_resolution)?);
         // Slabs that grow in steps.
@@ -116,17 +121,11 @@ fn split_depths(receivers: &mut dyn ReceiverQueries<'_>, slabs: Slabs) -> Result
             (Splits::Quantiles, Some(_), _) => {
                 quantiles(&depths, count).into_iter().map(held).collect()
             }
-            (_, Some(near), Some(far)) => {
-                let splits = for_rays(receivers.setting().camera.rays, splits);
-                splits_between((held(*near), held(*far)), count, splits, slabs.weight)
-            }
+            (_, Some(near), Some(far)) => between((held(*near), held(*far))),
             _ => vec![],
         });
     }
-    let setting = receivers.setting();
-    let near_and_far = (setting.camera.znear, farthest_depth(setting));
-    let splits = for_rays(setting.camera.rays, splits);
-    Ok(splits_between(near_and_far, count, splits, slabs.weight))
+    Ok(between((setting.camera.znear, farthest_depth(setting))))
 }
 
 /// Pixels of parallel rays do not widen with the depth, and so slabs are of one thickness.

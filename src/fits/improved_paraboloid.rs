@@ -128,7 +128,8 @@ fn fit_frustum(
     let cone = LightCone::of_frustum(camera, light, depths);
     let zoom_factor = cone.zoom_factor();
     if is_in_frustum(camera, light, depths) || zoom_factor > WIDEST {
-        let halves = split_halves(receivers, light, splitting)?;
+        let to_view = (splitting == Splitting::View).then_some(cone.axis);
+        let halves = halves_of_light(setting, light, to_view);
         return cut_layers(receivers, halves, Cut::Whole, resolution);
     }
     let axes = axes_for_scene(Paraboloid::UNIT, light, cone.axis, scene.bounds());

@@ -9,7 +9,7 @@
 use super::hull::MapSize;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::subject::Subject;
-use crate::camera::{Camera, Rays};
+use crate::camera::Camera;
 use glam::{DMat4, DVec3, DVec4};
 
 /// Steps back of the virtual camera that are tried, in depths of the view: the first that holds all.
@@ -37,15 +37,12 @@ fn camera_after_step_back(camera: &Camera, step_back: f64, (near, far): (f64, f6
     let (near, far) = (near + step_back, far + step_back);
     let [right, up, forward] = camera.rows_from(eye);
     let view = from_rows([right, up, forward, DVec4::W]);
-    let (scale, width) = match camera.rays {
-        Rays::Perspective => (far / (far - near), DVec4::Z),
-        Rays::Orthographic => (1.0 / (far - near), DVec4::W),
-    };
+    let scale = camera.width_at(far) / (far - near);
     let projection = from_rows([
         DVec4::X * camera.focal.x,
         DVec4::Y * camera.focal.y,
         DVec4::new(0.0, 0.0, scale, -(scale * near)),
-        width,
+        camera.row_of_width(DVec4::Z),
     ]);
     // The nearer part of the frustum keeps its width, whatever the step.
     let zoom = camera.width_at(near) / camera.width_at(near - step_back) * 2.0

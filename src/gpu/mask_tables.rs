@@ -2,6 +2,7 @@
 
 use super::device::Gpu;
 use super::kernel::Kernel;
+use super::scene_tables::SceneTables;
 use super::tables::filled_table;
 use crate::error::Result;
 use crate::masks::{AlphaImage, Mask, Masks, Sampling, Wrap};
@@ -89,26 +90,18 @@ fn rows_of_triangle(mask: &Mask, image_row: usize) -> [UVec4; ROWS_OF_TRIANGLE] 
 }
 
 impl Kernel {
-    /// Fills the slot of masks.
-    pub fn masked(self, masks: Option<&MaskTables>) -> Self {
-        match masks {
-            Some(_) => self.fill("mask/alpha"),
-            None => self,
-        }
-    }
-
     /// Binds which triangles are masked.
-    pub fn mask_numbers(self, masks: Option<&MaskTables>) -> Self {
-        match masks {
+    pub fn mask_numbers(self, scene: &SceneTables) -> Self {
+        match &scene.masks {
             Some(masks) => self.bind(23, &masks.numbers),
             None => self,
         }
     }
 
     /// Binds all of the masks.
-    pub fn masks(self, masks: Option<&MaskTables>) -> Self {
-        let kernel = self.mask_numbers(masks);
-        match masks {
+    pub fn masks(self, scene: &SceneTables) -> Self {
+        let kernel = self.mask_numbers(scene);
+        match &scene.masks {
             Some(masks) => kernel.bind(24, &masks.corners).bind(25, &masks.texels),
             None => kernel,
         }

@@ -240,11 +240,15 @@ impl Kernel {
             .constant("has_light_sides", table.is_some())
     }
 
-    /// Binds the positions of `shaders/lib/triangles.wgsl`.
+    /// Binds the positions of `shaders/lib/triangles.wgsl`, and fills the slot of masks.
     pub fn vertices(self, scene: &SceneTables) -> Self {
         self.bind(2, &scene.positions_high)
             .bind(3, &scene.positions_low)
             .constant("has_low_parts", scene.has_low_parts)
+            .fill(match scene.masks {
+                Some(_) => "mask/alpha",
+                None => "mask/none",
+            })
     }
 
     /// Binds the triangles, too.

@@ -56,7 +56,8 @@ pub fn fit(
     let setting = view.setting();
     position_of(setting.light, Cube::NAME)?;
     let faces = layers_around(setting, |position| {
-        turned_cube_faces(position, axes, setting.scene.bounds())
-    });
+        let scene = setting.scene.bounds();
+        Ok(turned_cube_faces(position, axes, scene))
+    })?;
     cut_layers(view, faces, cut, resolution)
 }

@@ -11,15 +11,12 @@
 //!
 //! Limits: the texels in the middle cover four times the solid angle of those at the rim.
 
+use super::parameters::SPLITTINGS;
 use super::prelude::*;
-use crate::fits::boxes::parallel_layer;
+use crate::fits::boxes::layers_around;
 use crate::fits::improved_paraboloid::{Splitting, split_halves};
 
 const CUTS: Choices<Cut> = &[("hemisphere", Cut::Whole), ("receivers", Cut::Receivers)];
-
-/// Which way the first half looks.
-pub const SPLITTINGS: Choices<Splitting> =
-    &[("light", Splitting::Light), ("view", Splitting::View)];
 
 parameters! {
     pub struct DualParaboloid {
@@ -52,9 +49,6 @@ pub fn fit(
 ) -> Result<Vec<Layer>> {
     let setting = view.setting();
     position_of(setting.light, DualParaboloid::NAME)?;
-    let halves = match setting.near_position() {
-        None => vec![parallel_layer(setting)],
-        Some(position) => split_halves(view, position, splitting)?,
-    };
+    let halves = layers_around(setting, |position| split_halves(view, position, splitting))?;
     cut_layers(view, halves, cut, resolution)
 }

@@ -20,7 +20,7 @@
 //! where a hemisphere does not hold the receivers, each half cut to its own. The axis that gives the finest
 //! texels is one of two hundred, and jumps as the camera moves.
 
-use super::dual_paraboloid::SPLITTINGS;
+use super::parameters::SPLITTINGS;
 use super::prelude::*;
 use crate::fits::improved_paraboloid::{Splitting, Zoom, fit_improved_paraboloid};
 

@@ -6,6 +6,7 @@ use super::schema::{
 };
 use crate::error::{Error, Result};
 use crate::fits::hull::MapSize;
+use crate::fits::improved_paraboloid::Splitting;
 use crate::fits::matrix_layers::{Extent, Target};
 use crate::light::Light;
 use crate::map_settings::{Bias, BiasRule, Comparison, Filter, MapSettings, Rasterization};
@@ -94,6 +95,10 @@ pub const MARGIN: Parameter = number(Some(0.02), FRACTION, "sides of the map");
 
 /// Of the map's plane around the light's direction; `None` for off the scene's edges.
 pub const ROTATION: Parameter = number(None, NON_NEGATIVE, "radians");
+
+/// Which way the first of two paraboloids looks.
+pub const SPLITTINGS: Choices<Splitting> =
+    &[("light", Splitting::Light), ("view", Splitting::View)];
 
 /// Whether texels hold still while the receivers move.
 pub const SNAP: Parameter = flag(false);

@@ -31,7 +31,6 @@ pub fn caster_tests(
     let kernel = grid
         .of_rays(Kernel::new("caster_tests"))
         .triangles(scene)
-        .masked(scene.masks.as_ref())
         .bind(10, &scene.unit_normals)
         .warp(warp);
     let mut counters = Vec::new();
@@ -49,7 +48,7 @@ pub fn caster_tests(
             .receivers_uniform(&gpu, seen, &seen.camera_uniform())
             .bind(21, seen.visibility_buffer)
             .light_sides(scene, seen.light_sides)
-            .masks(scene.masks.as_ref());
+            .masks(scene);
         let stages = Stages {
             triangles: triangles.len() as u64,
             per_invocation: gpu.work_per_invocation(1, 32),

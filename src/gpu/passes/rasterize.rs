@@ -136,8 +136,7 @@ impl<'a> Drawing<'a> {
             None => kernel
                 .projected(self.job.projection)
                 .constant("culls_hidden", culls_hidden)
-                .triangles(scene)
-                .masked(scene.masks.as_ref()),
+                .triangles(scene),
             Some(pieces) => kernel.fill("caster/pieces").bind(1, pieces),
         }
     }
@@ -226,11 +225,8 @@ pub fn rasterize(
         counters,
         prepare_bin,
         bin: bin.bind(9, tiles),
-        split: drawn
-            .clone()
-            .bind(9, tiles)
-            .mask_numbers(scene.masks.as_ref()),
-        walk: drawn.bind(5, &texels).masks(scene.masks.as_ref()),
+        split: drawn.clone().bind(9, tiles).mask_numbers(scene),
+        walk: drawn.bind(5, &texels).masks(scene),
     };
     let room = scene.room.clone();
     let parts = vec![work_items::record(frame, label, &room, stages)?];

@@ -80,8 +80,7 @@ pub fn receiver_lists(
     let lists = new_lists(frame, grid, pixels)?;
 
     let rows = gpu.work_per_invocation(1, 32);
-    let kernel = Kernel::new("receiver_lists").masked(seen.scene.masks.as_ref());
-    let kernel = kernel.uniform(&gpu, 0, &grid.uniform);
+    let kernel = Kernel::new("receiver_lists").uniform(&gpu, 0, &grid.uniform);
     let of_light = grid.of_rays(kernel.clone());
     let of_image = of_light.clone();
     let of_image = of_image.receivers(&gpu, seen, &seen.camera_uniform());
@@ -91,7 +90,7 @@ pub fn receiver_lists(
     let count = of_image.clone().entry("count");
     let count = count
         .triangles(seen.scene)
-        .masks(seen.scene.masks.as_ref())
+        .masks(seen.scene)
         .warp(warp)
         .bind(15, &counts)
         .bind(16, visibility)
