@@ -206,8 +206,7 @@ def render_shadows(
         Who renders: ``"cpu"``, lixel's own engine, which needs no driver; ``"gpu"``, the best
         adapter, of hardware or else of software; or a part of the name of an adapter, in any case,
         such as ``"llvmpipe"``. None: what the environment variable ``LIXEL_DEVICE`` names; without
-        it a hardware GPU where there is one, else the CPU engine if it has the method, else a
-        software driver. `info` lists what there is.
+        it a hardware GPU where there is one, else the CPU engine. `info` lists what there is.
     threads : int, optional
         Threads of the CPU engine, from 1 to 1024; the image is the same with any number. None: as
         many as the environment variable ``LIXEL_THREADS`` says, else ``RAYON_NUM_THREADS``, else
