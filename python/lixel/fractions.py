@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, SupportsIndex, TypeAlias, cast, get_args
+from typing import Literal, SupportsIndex, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import instance, real
-from .light import LIGHTS, Light
+from .light import Light, one_or_several
 from .points import FLOAT64_ROUNDING, shadows_at
 from .scene import Scene
 
@@ -98,10 +98,7 @@ def shadow_fractions(
     error = real("error", error)
     if not 0.0005 <= error <= 0.5:
         raise ValueError(f"error must be from 0.0005 to 0.5, got {error}")
-    is_list = isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS))
-    lights = list(cast(Sequence[Light], light)) if is_list else [cast(Light, light)]
-    for one in lights:
-        instance("light", one, *LIGHTS)
+    lights, is_list = one_or_several(light)
     areas = _Areas(scene, by)
     count = len(areas.of_groups)
     dark = np.zeros((len(lights), count))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, SupportsIndex, TypeAlias, cast, get_args
+from typing import Any, Literal, SupportsIndex, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from . import _core
 from .arguments import count, instance
 from .auto import choose, choose_on_cpu
 from .camera import Camera
-from .light import LIGHTS, Light
+from .light import LIGHTS, Light, one_or_several
 from .methods import Auto, Exact, Method, method_from
 from .pictures import display
 from .receivers import Receivers
@@ -234,12 +234,12 @@ def render_shadows(
     """
     chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
-    # A direction is a sequence too, and no light.
-    if isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS)):
-        found = _parts_of_lights(scene, camera, light, chosen, on)
+    lights, is_list = one_or_several(light)
+    found = _parts_of_lights(scene, camera, lights, chosen, on)
+    if is_list:
         images = np.array([parts.visibility for parts in found], np.float32)
         return images.reshape(-1, camera.height, camera.width)
-    [parts] = _parts_of_lights(scene, camera, [cast(Light, light)], chosen, on)
+    [parts] = found
     return parts.visibility
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from collections.abc import Sequence
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arguments import finite, real, reals, unit_vector
+from .arguments import finite, instance, real, reals, unit_vector
 
 CoreLight: TypeAlias = _core.Light
 
@@ -27,7 +28,9 @@ class _Light:
     range: float = math.inf
 
     def _set(self, compiled: CoreLight, **fields: npt.NDArray[np.float64] | float) -> None:
-        fields |= _strength(fields.get("intensity", 1.0), fields.get("range", math.inf))
+        fields |= _strength(
+            fields.get("intensity", self.intensity), fields.get("range", self.range)
+        )
         for name, value in fields.items():
             if isinstance(value, np.ndarray):
                 value += 0.0  # turns -0.0, which reads badly, into 0.0
@@ -325,3 +328,13 @@ def _in_cone(
 Light: TypeAlias = DirectionalLight | PointLight | SpotLight | HemisphereLight
 WITH_POSITION: tuple[type[Light], ...] = (PointLight, SpotLight, HemisphereLight)
 LIGHTS: tuple[type[Light], ...] = (DirectionalLight, *WITH_POSITION)
+
+
+def one_or_several(light: Light | Sequence[Light]) -> tuple[list[Light], bool]:
+    """The lights of an argument, and whether it is a list; TypeError where one is no light."""
+    # A direction is a sequence too, and no light.
+    is_list = isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS))
+    lights = list(cast(Sequence[Light], light)) if is_list else [cast(Light, light)]
+    for one in lights:
+        instance("light", one, *LIGHTS)
+    return lights, is_list

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import SupportsIndex, cast
+from typing import SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from .arguments import REAL, array_of, count, instance, reals
-from .light import LIGHTS, Light
+from .light import Light, one_or_several
 from .scene import Scene
 
 FLOAT64_ROUNDING = 2.0**-48
@@ -83,11 +83,7 @@ def shadows_at(
     array([0., 1.], dtype=float32)
     """
     instance("scene", scene, Scene)
-    # A direction is a sequence too, and no light.
-    is_list = isinstance(light, list | tuple) and (not light or isinstance(light[0], LIGHTS))
-    lights = list(cast(Sequence[Light], light)) if is_list else [cast(Light, light)]
-    for one in lights:
-        instance("light", one, *LIGHTS)
+    lights, is_list = one_or_several(light)
     positions, rounding = _points(points)
     turned = None if normals is None else _normals(normals, len(positions))
     from tqdm import tqdm

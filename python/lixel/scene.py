@@ -148,30 +148,21 @@ class Scene:
         """
         import trimesh
 
+        masks_of = TrimeshMasks().of_mesh
         if isinstance(mesh, trimesh.Trimesh):
-            mask = TrimeshMasks().of_mesh(mesh)
-            if mask is not None:
-                return joined([(mesh.vertices, mesh.faces)], [mask])
-            return cls(mesh.vertices, mesh.faces)
+            return joined([(mesh.vertices, mesh.faces)], [masks_of(mesh)])
         if not isinstance(mesh, trimesh.Scene):
             raise TypeError(
                 f"mesh must be a trimesh.Trimesh or a trimesh.Scene, got {type(mesh).__name__}"
             )
         parts: list[Mesh] = []
         masks: list[PartMask | None] = []
-        masks_of_meshes = TrimeshMasks()
         nodes: list[str] = []
-        for node in mesh.graph.nodes_geometry:
-            world_from_node, name = mesh.graph[node]
-            part = mesh.geometry[name]
-            if not isinstance(part, trimesh.Trimesh) or len(part.faces) == 0:
-                continue
-            positions = np.asarray(part.vertices, dtype=np.float64)
-            if not np.array_equal(world_from_node, np.eye(4)):
-                positions = positions @ world_from_node[:3, :3].T + world_from_node[:3, 3]
+        for node, part, world_from_part in meshes_of(mesh):
+            positions = moved(world_from_part, np.asarray(part.vertices, np.float64))
             parts.append((positions, part.faces))
-            masks.append(masks_of_meshes.of_mesh(part))
-            nodes.append(str(node))
+            masks.append(masks_of(part))
+            nodes.append(node)
         if not parts:
             raise ValueError("mesh must hold at least one triangle, got a scene with none")
         scene = joined(parts, masks)
@@ -266,6 +257,28 @@ class Scene:
         # Cameras and lights are immutable; the dictionaries that hold them are not.
         twin.cameras, twin.lights = dict(self.cameras), dict(self.lights)
         return twin
+
+
+def meshes_of(
+    scene: trimesh.Scene,
+) -> Iterator[tuple[str, trimesh.Trimesh, npt.NDArray[np.float64]]]:
+    """The nodes of a trimesh scene that hold triangles: name, mesh, and world from mesh."""
+    import trimesh
+
+    for node in scene.graph.nodes_geometry:
+        world_from_mesh, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            yield str(node), mesh, world_from_mesh
+
+
+def moved(
+    world_from_part: npt.NDArray[np.float64], positions: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Positions, (n, 3), through a transform, (4, 4); themselves where it moves nothing."""
+    if np.array_equal(world_from_part, np.eye(4)):
+        return positions
+    return np.asarray(positions @ world_from_part[:3, :3].T + world_from_part[:3, 3])
 
 
 def joined(parts: Iterable[Mesh], masks: Sequence[PartMask | None] = ()) -> Scene:

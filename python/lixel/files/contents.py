@@ -37,7 +37,6 @@ class Part(NamedTuple):
     faces: Faces
     name: str = ""
     material: str | int | None = None
-    uv: npt.NDArray[np.float64] | None = None
     mask: PartMask | None = None
 
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import needs
+from ..scene import moved
 from .contents import Contents, FileError, Part, Room, words_of
 from .polygons import triangulated
 from .xml import refuse_entities
@@ -18,8 +20,6 @@ _MOST_NODES = 1 << 16
 
 def read(path: Path) -> Contents:
     """The polygons of a file's scene; `up` is what the file says."""
-    from ..arguments import needs
-
     collada = needs("collada", "formats")
     content = path.read_bytes()
     refuse_entities(content)
@@ -40,7 +40,7 @@ def read(path: Path) -> Contents:
                 continue
             part = known[id(primitive)]
             room.take(part.faces, part.positions)
-            positions = part.positions @ world_from_node[:3, :3].T + world_from_node[:3, 3]
+            positions = moved(world_from_node, part.positions)
             contents.parts.append(part._replace(positions=positions))
     for broken in document.errors:
         contents.leave_out(str(broken))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..scene import meshes_of, moved
 from .contents import Contents, FileError, Part, Room
 from .xml import refuse_entities
 
@@ -37,16 +38,10 @@ def read(path: Path) -> Contents:
     with path.open("rb") as file:
         scene = trimesh.load_scene(file, file_type=kind, process=False, skip_materials=True)
     contents, room = Contents(), Room(path.stat().st_size)
-    for node in scene.graph.nodes_geometry:
-        world_from_node, name = scene.graph[node]
-        mesh = scene.geometry[name]
-        if not isinstance(mesh, trimesh.Trimesh):
-            continue
+    for name, mesh, world_from_mesh in meshes_of(scene):
         room.take(mesh.faces, mesh.vertices)
-        positions = np.asarray(mesh.vertices, dtype=np.float64)
-        if not np.array_equal(world_from_node, np.eye(4)):
-            positions = positions @ world_from_node[:3, :3].T + world_from_node[:3, 3]
-        contents.parts.append(Part(positions, np.asarray(mesh.faces, np.int64), str(node)))
+        positions = moved(world_from_mesh, np.asarray(mesh.vertices, np.float64))
+        contents.parts.append(Part(positions, np.asarray(mesh.faces, np.int64), name))
     return contents
 
 

@@ -41,10 +41,6 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
     @cached_property
-    def has_lists(self) -> bool:
-        return bool(self.lists)
-
-    @property
     def lists(self) -> list[str]:
         return [p.name for p in self.properties if p.count_type]
 
@@ -254,7 +250,7 @@ class _Text(_Body):
 
 def _declared(row: list[bytes], element: _Element) -> list[bytes]:
     """As many words of a line as the header declares."""
-    if not element.has_lists:
+    if not element.lists:
         return row[: len(element.properties)]
     at = 0
     for p in element.properties:

@@ -95,10 +95,3 @@ def composed(translation: npt.ArrayLike, rotation: npt.ArrayLike, scale: npt.Arr
     matrix[:3, :3] *= np.asarray(scale, dtype=np.float64).reshape(3)
     matrix[:3, 3] = translation
     return matrix
-
-
-def moved(matrix: Matrix, positions: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Points (n, 3) through a transform."""
-    if np.array_equal(matrix, np.eye(4)):
-        return positions
-    return np.asarray(positions @ matrix[:3, :3].T + matrix[:3, 3])

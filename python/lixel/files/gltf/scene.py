@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ...masks import PartMask
+from ...scene import moved
 from ..contents import Contents, FileError, Part, Room, unused, words_of
 from .accessors import accessor
 from .compression import DRACO, MESHOPT
 from .document import Document, Object, entry_of, extension_of
 from .masks import MaskedMaterials
-from .nodes import Matrix, Node, composed, moved, nodes_of
+from .nodes import Matrix, Node, composed, nodes_of
 from .primitives import MODES_WITHOUT_TRIANGLES, Primitive
 from .skins import JointsInWorld, skinned
 from .views import LIGHTS, camera_of, light_of
