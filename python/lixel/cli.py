@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
-from unittest.mock import patch
 
 from . import __version__
 from ._core import DeviceError
@@ -124,7 +123,9 @@ def _warnings_in_lines() -> Iterator[None]:
     def show(message: Warning | str, *_: object, **__: object) -> None:
         status("lixel: warning: " + " ".join(str(message).split()))
 
-    with warnings.catch_warnings(), patch.object(warnings, "showwarning", show):
+    # It puts back `showwarning` as well.
+    with warnings.catch_warnings():
+        warnings.showwarning = show
         warnings.simplefilter("always", UserWarning)
         yield
 
