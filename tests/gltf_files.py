@@ -1,4 +1,4 @@
-"""glTF files that tests make, and the file's folder of small cases."""
+"""glTF files that tests make, the folder of small files, and the area of what is read."""
 
 from __future__ import annotations
 
@@ -9,10 +9,22 @@ from typing import Any
 
 import numpy as np
 
+import lixel as lx
+
 CASES = Path(__file__).parent / "cases"
 
 _CODES = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
-_KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+_KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+
+
+def area(scene: lx.Scene) -> float:
+    corners = scene.vertices[scene.faces]
+    sides = corners[:, 1:] - corners[:, :1]
+    return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
+
+
+def data_uri(content: bytes) -> str:
+    return "data:application/octet-stream;base64," + base64.b64encode(content).decode()
 
 
 class GltfFile:
@@ -61,8 +73,7 @@ class GltfFile:
         return self._add(kind, entry)
 
     def write(self, path: Path) -> Path:
-        uri = "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
-        buffers = [{"byteLength": len(self.data), "uri": uri}]
+        buffers = [{"byteLength": len(self.data), "uri": data_uri(self.data)}]
         path.write_text(json.dumps({"buffers": buffers} | self.tree))
         return path
 

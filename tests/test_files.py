@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
-from gltf_files import CASES
+from gltf_files import CASES, area
 from hypothesis import given, settings, strategies as st
 
 import lixel as lx
@@ -55,12 +55,6 @@ def loaded(path):
         scene = lx.load(path)
     assert len(caught) == bool(scene.unsupported)
     return scene
-
-
-def area(scene):
-    corners = scene.vertices[scene.faces]
-    sides = corners[:, 1:] - corners[:, :1]
-    return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
 
 
 def test_every_case_is_known():

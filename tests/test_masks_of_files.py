@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import io
-import json
 import struct
 import warnings
 import zlib
@@ -13,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from gltf_files import CASES, GltfFile, data_uri
 from PIL import Image
 
 import lixel as lx
-
-CASES = Path(__file__).parent / "cases"
 
 # Asymmetric, so that a flip or a turn shows.
 ALPHA = np.array([[255, 0, 0], [255, 255, 0]], np.uint8)
@@ -32,68 +29,36 @@ def png(alpha: np.ndarray) -> bytes:
     return content.getvalue()
 
 
-def uri(content: bytes) -> str:
-    return "data:application/octet-stream;base64," + base64.b64encode(content).decode()
-
-
 def card(
     material: dict[str, object],
     image: bytes | None = None,
     *,
     sampler: dict[str, int] | None = None,
     **attributes: np.ndarray,
-) -> dict[str, object]:
-    """A glTF square with a material."""
+) -> GltfFile:
+    """A square with a material."""
+    file = GltfFile()
     arrays = {"POSITION": POSITIONS, "TEXCOORD_0": UV, **attributes}
-    arrays["indices"] = np.array([[0], [1], [2], [0], [2], [3]], np.uint32)
-    kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-    accessors = [
-        {
-            "bufferView": i,
-            "componentType": 5125 if name == "indices" else 5126,
-            "count": len(array),
-            "type": kinds[array.shape[1]],
-        }
-        for i, (name, array) in enumerate(arrays.items())
-    ]
-    names = [name for name in arrays if name != "indices"]
-    return {
-        "asset": {"version": "2.0"},
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [
-            {
-                "primitives": [
-                    {
-                        "attributes": {name: i for i, name in enumerate(names)},
-                        "indices": len(names),
-                        "material": 0,
-                    }
-                ]
-            }
-        ],
-        "accessors": accessors,
-        "bufferViews": [
-            {"buffer": i, "byteLength": a.nbytes} for i, a in enumerate(arrays.values())
-        ],
-        "buffers": [{"uri": uri(a.tobytes()), "byteLength": a.nbytes} for a in arrays.values()],
-        "materials": [material],
-        "textures": [{"source": 0} | ({"sampler": 0} if sampler else {})],
-        "samplers": [sampler or {}],
-        "images": [{"uri": uri(png(ALPHA) if image is None else image)}],
+    primitive = {
+        "attributes": {name: file.accessor(array, "f4") for name, array in arrays.items()},
+        "indices": file.accessor([0, 1, 2, 0, 2, 3], "u4"),
+        "material": file.add("materials", material),
     }
+    file.node(mesh=file.mesh(primitive))
+    file.add("textures", {"source": 0} | ({"sampler": 0} if sampler else {}))
+    file.add("samplers", sampler or {})
+    file.add("images", {"uri": data_uri(png(ALPHA) if image is None else image)})
+    return file
 
 
 def textured(**more: object) -> dict[str, object]:
     return {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, **more}}, "alphaMode": "MASK"}
 
 
-def loaded(path: Path, tree: dict[str, object]) -> lx.Scene:
-    file = path / "card.gltf"
-    file.write_text(json.dumps(tree))
+def loaded(path: Path, file: GltfFile) -> lx.Scene:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return lx.load(file)
+        return lx.load(file.write(path / "card.gltf"))
 
 
 def holes(scene: lx.Scene) -> np.ndarray:
@@ -158,8 +123,8 @@ def test_another_set_of_coordinates_is_taken(tmp_path):
         {"texCoord": 1},
         {"extensions": {"KHR_texture_transform": {"texCoord": 1}}},
     ):
-        tree = card(textured(**info), sampler=NEAREST, **attributes)
-        assert np.array_equal(holes(loaded(tmp_path, tree)), of_texels(ALPHA[:, ::-1]))
+        file = card(textured(**info), sampler=NEAREST, **attributes)
+        assert np.array_equal(holes(loaded(tmp_path, file)), of_texels(ALPHA[:, ::-1]))
 
 
 @pytest.mark.parametrize(
@@ -206,9 +171,9 @@ def test_an_image_that_cannot_be_read_is_named(tmp_path, image):
 
 
 def test_an_image_that_is_not_there_is_named(tmp_path):
-    tree = card(textured())
-    tree["images"] = [{"uri": "leaf.png"}]
-    assert "holes of material 0: it refers to 'leaf.png'" in loaded(tmp_path, tree).unsupported[0]
+    file = card(textured())
+    file.tree["images"] = [{"uri": "leaf.png"}]
+    assert "holes of material 0: it refers to 'leaf.png'" in loaded(tmp_path, file).unsupported[0]
 
 
 @pytest.mark.parametrize("side", [12_000, 60_000])

@@ -5,20 +5,14 @@ from __future__ import annotations
 import io
 import zipfile
 
-import numpy as np
 import pytest
 import trimesh
+from gltf_files import area
 
 import lixel as lx
 
 L_SHAPE = [[3, 0, 1], [1, 0, 1], [1, 0, 3], [0, 0, 3], [0, 0, 0], [3, 0, 0]]
 ROWS = "\n".join(" ".join(map(str, point)) for point in L_SHAPE)
-
-
-def area(scene):
-    corners = scene.vertices[scene.faces]
-    sides = corners[:, 1:] - corners[:, :1]
-    return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
 
 
 def written(path, content):
