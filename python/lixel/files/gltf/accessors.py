@@ -19,6 +19,10 @@ _FEWEST_ZEROS = 1 << 20
 """An array of zeros takes no byte of the file: it has at most as many as the file has bytes, and
 may always have this many."""
 
+_MOST_KEPT = 8
+"""Decompressed buffer views that are kept, the last ones: primitives share those of their
+attributes and indices. A bound, since a few bytes may stand for many."""
+
 
 def accessor(document: Document, index: Any) -> Array:
     """The values of an accessor, (count, components): integers as they are, or, where it says that
@@ -65,14 +69,19 @@ def _elements(
     return elements
 
 
-def _content(document: Document, index: Any) -> tuple[bytes, Object]:
+def _content(document: Document, index: Any) -> tuple[bytes | memoryview, Object]:
     """The bytes of a buffer view, decompressed."""
     view = document.item("bufferViews", index)
     for name in MESHOPT:
         compressed = extension_of(view, name)
         if compressed is not None:
-            content = document.slice(compressed, f"buffer view {index}")
-            return decompressed(content, compressed, name), view
+            kept = document.decompressed
+            if index not in kept:
+                if len(kept) == _MOST_KEPT:
+                    del kept[next(iter(kept))]
+                content = document.slice(compressed, f"buffer view {index}")
+                kept[index] = decompressed(bytes(content), compressed, name)
+            return kept[index], view
     return document.view(index)
 
 

@@ -20,12 +20,16 @@ Object = dict[str, Any]
 
 @dataclass(frozen=True)
 class Document:
-    """The JSON of a glTF file, the bytes that follow it in a .glb file, and the file's folder."""
+    """The JSON of a glTF file, the bytes that follow it in a .glb file, and the file's folder.
+
+    `decompressed` keeps buffer views, by index, for whoever decompresses them.
+    """
 
     tree: Object
     binary: bytes | None = None
     folder: Path = Path()
     size: int = 0
+    decompressed: dict[int, bytes] = field(default_factory=dict)
     _buffers: dict[int, bytes] = field(default_factory=dict)
 
     @classmethod
@@ -91,19 +95,19 @@ class Document:
         self._buffers[index] = content[:length]
         return self._buffers[index]
 
-    def view(self, index: Any) -> tuple[bytes, Object]:
+    def view(self, index: Any) -> tuple[memoryview, Object]:
         """The bytes of a buffer view as they stand in the file, and the view."""
         view = self.item("bufferViews", index)
         return self.slice(view, f"buffer view {index}"), view
 
-    def slice(self, view: Object, what: str) -> bytes:
-        """`byteLength` bytes of a buffer from `byteOffset`."""
+    def slice(self, view: Object, what: str) -> memoryview:
+        """`byteLength` bytes of a buffer from `byteOffset`; no copy, for many may share a view."""
         content = self.buffer(view["buffer"])
         start = whole(view.get("byteOffset", 0), f"byteOffset of {what}")
         end = start + whole(view["byteLength"], f"byteLength of {what}")
         if end > len(content):
             raise ValueError(f"{what} ends at byte {end} of a buffer that has {len(content)} bytes")
-        return content[start:end]
+        return memoryview(content)[start:end]
 
 
 def entry_of(entries: list[Any], index: Any, kind: str) -> Object:

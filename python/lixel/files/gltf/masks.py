@@ -118,7 +118,7 @@ class MaskedMaterials:
     def _content(self, source: int) -> bytes:
         image = self._document.item("images", source)
         if "bufferView" in image:
-            return self._document.view(image["bufferView"])[0]
+            return bytes(self._document.view(image["bufferView"])[0])
         return referenced(self._document.folder, image["uri"])
 
 
@@ -131,13 +131,9 @@ def _base_color(material: Object) -> tuple[float, Object | None]:
     return metal.get("baseColorFactor", (1, 1, 1, 1))[3], metal.get("baseColorTexture")
 
 
-def _transform(info: Object | None) -> Object:
-    return extension_of(info or {}, "KHR_texture_transform") or {}
-
-
 def _places(primitive: Primitive, info: Object | None) -> Floats:
     """Texture coordinates of the vertices, after KHR_texture_transform."""
-    transform = _transform(info)
+    transform = extension_of(info or {}, "KHR_texture_transform") or {}
     own = (info or {}).get("texCoord", 0)
     places = primitive.attribute(f"TEXCOORD_{whole(transform.get('texCoord', own), 'texCoord')}")
     if info is None or places is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,6 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 MODES_WITHOUT_TRIANGLES = (0, 1, 2, 3)
 """Points and lines."""
 
-Attribute = Callable[[str], "Array | None"]
-
 
 class Primitive:
     """Positions, triangles and attributes of a primitive."""
@@ -30,7 +27,7 @@ class Primitive:
         self._draco: DracoMesh | None = None
         if compressed is not None:
             content, _ = document.view(compressed["bufferView"])
-            self._draco = DracoMesh(content, compressed["attributes"])
+            self._draco = DracoMesh(bytes(content), compressed["attributes"])
         self.positions = self._positions(weights)
         self.faces = self._faces()
 
