@@ -176,6 +176,15 @@ def test_an_image_that_is_not_there_is_named(tmp_path):
     assert "holes of material 0: it refers to 'leaf.png'" in loaded(tmp_path, file).unsupported[0]
 
 
+def test_a_broken_material_is_named_alike_at_every_node(tmp_path):
+    file = card(textured())
+    file.tree["textures"] = []
+    file.node(mesh=0)
+    why = r"it refers to textures\[0\]"
+    with pytest.raises(ValueError, match=f"'node 0': {why}.*'node 1': {why}"):
+        loaded(tmp_path, file)
+
+
 @pytest.mark.parametrize("side", [12_000, 60_000])
 def test_a_bomb_is_refused_before_it_is_decoded(tmp_path, side):
     def chunk(kind: bytes, content: bytes) -> bytes:

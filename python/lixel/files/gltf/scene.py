@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,9 @@ _READ = (
     "MSFT_texture_",
 )
 
+# Of a primitive: its mesh, its place there, and the weights of its targets.
+_Key: TypeAlias = tuple[int, int, tuple[float, ...]]
+
 
 def read_scene(document: Document, height: int, world_from_file: Matrix) -> Contents:
     """Everything that the file's scene shows. What cannot be read costs itself, and is named."""
@@ -57,11 +60,10 @@ class _Reader:
         self._height = height
         self._joints = JointsInWorld(document, world_from_file)
         self._lights = document.extension(LIGHTS).get("lights", [])
-        self._read_primitives: dict[tuple[int, int, tuple[float, ...]], Primitive] = {}
+        self._primitives: dict[_Key, tuple[Primitive, PartMask | None]] = {}
         self._room = Room(document.size)
         self._names: dict[str, dict[str, object]] = {"camera": {}, "light": {}}
         self._materials = MaskedMaterials(document, self.contents.leave_out)
-        self._masks: dict[tuple[int, int, tuple[float, ...]], PartMask | None] = {}
 
     def read(self, node: Node) -> None:
         """The mesh, the camera and the light of a node."""
@@ -91,17 +93,16 @@ class _Reader:
             what = f"primitive {i} of mesh {name!r}"
             self._attempt(what, self._primitive, node, name, (node.entry["mesh"], i, weights))
 
-    def _primitive(self, node: Node, name: str, key: tuple[int, int, tuple[float, ...]]) -> None:
+    def _primitive(self, node: Node, name: str, key: _Key) -> None:
         entry = self._document.item("meshes", key[0])["primitives"][key[1]]
         if entry.get("mode", 4) in MODES_WITHOUT_TRIANGLES:
             self.contents.leave_out("points and lines, which cast no shadow")
             return
-        if key not in self._read_primitives:
-            self._read_primitives[key] = Primitive(self._document, entry, list(key[2]))
-            self._masks[key] = self._materials.of_primitive(self._read_primitives[key])
-        primitive = self._read_primitives[key]
+        if key not in self._primitives:
+            made = Primitive(self._document, entry, list(key[2]))
+            self._primitives[key] = made, self._materials.of_primitive(made)
+        primitive, mask = self._primitives[key]
         for positions in self._placed(node, primitive):
-            mask = self._masks[key]
             part = Part(positions, primitive.faces, name, entry.get("material"), mask=mask)
             self.contents.parts.append(part)
 
