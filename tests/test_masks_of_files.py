@@ -13,6 +13,7 @@ import pytest
 import trimesh
 from gltf_files import CASES, GltfFile, data_uri
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 import lixel as lx
 
@@ -22,10 +23,14 @@ POSITIONS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 UV = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
 
 
-def png(alpha: np.ndarray) -> bytes:
+def png(alpha: np.ndarray, words: str = "") -> bytes:
+    """An image, and a text in it that is compressed."""
     image = np.concatenate([np.full((*alpha.shape, 3), 90, np.uint8), alpha[..., None]], axis=2)
     content = io.BytesIO()
-    Image.fromarray(image, "RGBA").save(content, "PNG")
+    texts = PngInfo()
+    if words:
+        texts.add_text("words", words, zip=True)
+    Image.fromarray(image, "RGBA").save(content, "PNG", pnginfo=texts)
     return content.getvalue()
 
 
@@ -162,7 +167,9 @@ def test_blending_is_taken_for_a_mask_and_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "image", [b"no picture at all", png(ALPHA)[:60], b""], ids=["text", "cut off", "empty"]
+    "image",
+    [b"no picture at all", png(ALPHA)[:60], b"", png(ALPHA, "x" * (1 << 21))],
+    ids=["text", "cut off", "empty", "too many words"],
 )
 def test_an_image_that_cannot_be_read_is_named(tmp_path, image):
     scene = loaded(tmp_path, card(textured(), image))

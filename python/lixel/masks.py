@@ -140,11 +140,15 @@ def masks_of_parts(parts: Sequence[tuple[int, PartMask | None]]) -> Masks | None
     return Masks(np.concatenate(numbers), np.concatenate(corners), tuple(alpha.values()))
 
 
+class TooManyTexels(ValueError):
+    """Alpha images that would fill the memory."""
+
+
 def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8] | None:
     """The alpha of an encoded image, rows from the top, None where all of it is opaque.
 
-    ValueError, before anything is decoded, where it has more than `most` texels; what cannot be
-    read raises the errors of Pillow, none of which is a ValueError.
+    TooManyTexels, before anything is decoded, where it has more than `most`; what cannot be read
+    raises any error of Pillow.
     """
     from PIL import Image
 
@@ -155,22 +159,19 @@ def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8]
             opened = Image.open(io.BytesIO(content))
         except Image.DecompressionBombError as error:
             # Pillow has a bound of its own, above this one.
-            raise ValueError(
+            raise TooManyTexels(
                 f"alpha images must have at most {MAX_TEXELS} texels together, and {what} has more "
                 f"({error})"
             ) from None
         with opened as image:
             check_size(image, most, what)
-            try:
-                return alpha_of_image(image)
-            except ValueError as error:
-                raise OSError(str(error)) from error
+            return alpha_of_image(image)
 
 
 def check_size(image: Any, most: int, what: str) -> None:
     """Refuses a PIL image, which is not decoded yet, of more than so many texels."""
     if image.width * image.height > most:
-        raise ValueError(
+        raise TooManyTexels(
             f"alpha images must have at most {MAX_TEXELS} texels together, and {what} has "
             f"{image.width} x {image.height} where {most} are left"
         )

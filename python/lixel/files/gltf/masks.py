@@ -9,7 +9,15 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...masks import MAX_TEXELS, AlphaMask, PartMask, Sampling, Wrap, decoded_alpha
+from ...masks import (
+    MAX_TEXELS,
+    AlphaMask,
+    PartMask,
+    Sampling,
+    TooManyTexels,
+    Wrap,
+    decoded_alpha,
+)
 from ..contents import FileError, words_of
 from ..references import referenced
 from .document import Document, Object, extension_of, whole
@@ -105,7 +113,7 @@ class MaskedMaterials:
             alpha = decoded_alpha(content, self._texels_left, f"image {source}")
         except MemoryError:
             raise
-        except ValueError as error:
+        except TooManyTexels as error:
             raise FileError(str(error)) from None
         except Exception as error:
             # Pictures are decoded by libraries that fail with any error there is.
