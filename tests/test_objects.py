@@ -32,6 +32,9 @@ def test_names_are_given_or_made():
     for same in (copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
         assert same.objects == ("floor", "roof", "wall")
         assert same.object_id.tolist() == [0, 0, 1, 1, 2, 2]
+    copied = copy.copy(scene)
+    copied.object_id[0] = 2
+    assert scene.object_id[0] == 0
     for arguments, error, words in [
         ({"object_id": [0]}, ValueError, "object_id must be one for each of 2 faces, got 1"),
         ({"object_id": [0, 2], "objects": ["a", "b"]}, ValueError, "from 0 to 1: row 1 is 2"),

@@ -140,14 +140,14 @@ def masks_of_parts(parts: Sequence[tuple[int, PartMask | None]]) -> Masks | None
     return Masks(np.concatenate(numbers), np.concatenate(corners), tuple(alpha.values()))
 
 
-class TooManyTexels(ValueError):
+class TooManyTexelsError(ValueError):
     """Alpha images that would fill the memory."""
 
 
 def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8] | None:
     """The alpha of an encoded image, rows from the top, None where all of it is opaque.
 
-    TooManyTexels, before anything is decoded, where it has more than `most`; what cannot be read
+    TooManyTexelsError, before anything is decoded, where it has more than `most`; what cannot be read
     raises any error of Pillow.
     """
     from PIL import Image
@@ -159,7 +159,7 @@ def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8]
             opened = Image.open(io.BytesIO(content))
         except Image.DecompressionBombError as error:
             # Pillow has a bound of its own, above this one.
-            raise TooManyTexels(
+            raise TooManyTexelsError(
                 f"alpha images must have at most {MAX_TEXELS} texels together, and {what} has more "
                 f"({error})"
             ) from None
@@ -171,7 +171,7 @@ def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8]
 def check_size(image: Any, most: int, what: str) -> None:
     """Refuses a PIL image, which is not decoded yet, of more than so many texels."""
     if image.width * image.height > most:
-        raise TooManyTexels(
+        raise TooManyTexelsError(
             f"alpha images must have at most {MAX_TEXELS} texels together, and {what} has "
             f"{image.width} x {image.height} where {most} are left"
         )

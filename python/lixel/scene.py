@@ -254,8 +254,9 @@ class Scene:
     def __deepcopy__(self, memo: dict[int, Any]) -> Scene:
         twin = Scene.__new__(Scene)
         twin.__setstate__(self.__getstate__())
-        # Cameras and lights are immutable; the dictionaries that hold them are not.
+        # Cameras and lights are immutable; the dictionaries that hold them and arrays are not.
         twin.cameras, twin.lights = dict(self.cameras), dict(self.lights)
+        twin.object_id, twin.material_id = self.object_id.copy(), self.material_id.copy()
         return twin
 
 

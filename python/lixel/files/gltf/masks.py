@@ -14,7 +14,7 @@ from ...masks import (
     AlphaMask,
     PartMask,
     Sampling,
-    TooManyTexels,
+    TooManyTexelsError,
     Wrap,
     decoded_alpha,
 )
@@ -113,7 +113,7 @@ class MaskedMaterials:
             alpha = decoded_alpha(content, self._texels_left, f"image {source}")
         except MemoryError:
             raise
-        except TooManyTexels as error:
+        except TooManyTexelsError as error:
             raise FileError(str(error)) from None
         except Exception as error:
             # Pictures are decoded by libraries that fail with any error there is.
