@@ -234,6 +234,7 @@ def render_shadows(
     """
     chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
+    check_view(scene, camera)
     lights, is_list = one_or_several(light)
     found = _parts_of_lights(scene, camera, lights, chosen, on)
     if is_list:

@@ -147,8 +147,8 @@ class TooManyTexelsError(ValueError):
 def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8] | None:
     """The alpha of an encoded image, rows from the top, None where all of it is opaque.
 
-    TooManyTexelsError, before anything is decoded, where it has more than `most`; what cannot be read
-    raises any error of Pillow.
+    TooManyTexelsError, before anything is decoded, where it has more than `most`; what cannot be
+    read raises any error of Pillow.
     """
     from PIL import Image
 

@@ -2,7 +2,6 @@
 
 use super::device::Gpu;
 use super::kernel::Kernel;
-use super::scene_tables::SceneTables;
 use super::tables::filled_table;
 use crate::error::Result;
 use crate::masks::{AlphaImage, Mask, Masks, Sampling, Wrap};
@@ -91,17 +90,17 @@ fn rows_of_triangle(mask: &Mask, image_row: usize) -> [UVec4; ROWS_OF_TRIANGLE] 
 
 impl Kernel {
     /// Binds which triangles are masked.
-    pub fn mask_numbers(self, scene: &SceneTables) -> Self {
-        match &scene.masks {
+    pub fn mask_numbers(self, masks: Option<&MaskTables>) -> Self {
+        match masks {
             Some(masks) => self.bind(23, &masks.numbers),
             None => self,
         }
     }
 
     /// Binds all of the masks.
-    pub fn masks(self, scene: &SceneTables) -> Self {
-        let kernel = self.mask_numbers(scene);
-        match &scene.masks {
+    pub fn masks(self, masks: Option<&MaskTables>) -> Self {
+        let kernel = self.mask_numbers(masks);
+        match masks {
             Some(masks) => kernel.bind(24, &masks.corners).bind(25, &masks.texels),
             None => kernel,
         }

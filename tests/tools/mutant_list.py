@@ -145,8 +145,8 @@ MUTANTS = (
     ),
     Mutant(
         "CPU engine", "a group is as near as its farthest triangle", CPU_GRID,
-        "nearest: greatest(&self.nearest),",
-        "nearest: least(&self.nearest),", CPU_ENGINE,
+        "nearest: greatest_of(&self.nearest),",
+        "nearest: least_of(&self.nearest),", CPU_ENGINE,
     ),
     Mutant(
         "CPU engine", "what may be hit is missed", CPU_TESTS,

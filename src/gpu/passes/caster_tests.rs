@@ -48,7 +48,7 @@ pub fn caster_tests(
             .receivers_uniform(&gpu, seen, &seen.camera_uniform())
             .bind(21, seen.visibility_buffer)
             .light_sides(scene, seen.light_sides)
-            .masks(scene);
+            .masks(scene.masks.as_ref());
         let stages = Stages {
             triangles: triangles.len() as u64,
             per_invocation: gpu.work_per_invocation(1, 32),

@@ -70,7 +70,7 @@ pub fn light_rays(
         .uniform(&frame.gpu, 0, &uniform)
         .receivers(&frame.gpu, seen, &seen.camera_uniform())
         .vertices(scene)
-        .masks(scene)
+        .masks(scene.masks.as_ref())
         .bind(4, search.structure)
         .bind(5, search.triangles)
         .bind(6, &visibility)

@@ -58,7 +58,7 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
         .receivers(&frame.gpu, seen, &uniform)
         .tiles(seen, rows)
         .triangles(seen.scene)
-        .masks(seen.scene)
+        .masks(seen.scene.masks.as_ref())
         .warp(map.warp)
         .stored(comparison.target())
         .bind(5, map.texels)

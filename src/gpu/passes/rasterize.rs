@@ -219,14 +219,15 @@ pub fn rasterize(
     };
     let drawn = drawn.bind(13, &depths_of_tiles);
     let tiles = job.receiver_tiles.unwrap_or(&unused);
+    let masks = scene.masks.as_ref();
     let stages = Stages {
         triangles: u64::from(scene.triangle_count),
         per_invocation: drawing.per_invocation(&frame.gpu),
         counters,
         prepare_bin,
         bin: bin.bind(9, tiles),
-        split: drawn.clone().bind(9, tiles).mask_numbers(scene),
-        walk: drawn.bind(5, &texels).masks(scene),
+        split: drawn.clone().bind(9, tiles).mask_numbers(masks),
+        walk: drawn.bind(5, &texels).masks(masks),
     };
     let room = scene.room.clone();
     let parts = vec![work_items::record(frame, label, &room, stages)?];

@@ -90,7 +90,7 @@ pub fn receiver_lists(
     let count = of_image.clone().entry("count");
     let count = count
         .triangles(seen.scene)
-        .masks(seen.scene)
+        .masks(seen.scene.masks.as_ref())
         .warp(warp)
         .bind(15, &counts)
         .bind(16, visibility)
