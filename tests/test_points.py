@@ -177,6 +177,18 @@ def test_a_single_point_and_points_in_a_row_are_answered(light):
         assert by_both(scene, row[[i]], light) == lit[i]
 
 
+@pytest.mark.parametrize("sizes", [1e6, 1e12])
+def test_a_lamp_far_away_is_a_sun(sizes):
+    scene = lx.scenes.colonnade()
+    low, high = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
+    points = np.random.default_rng(3).uniform(low, high, (20_000, 3))
+    direction = np.array([0.42, -0.8, -0.43])
+    sun = lx.shadows_at(scene, points, lx.DirectionalLight(direction))
+    lamp = lx.PointLight(-direction * sizes * np.linalg.norm(high - low))
+    assert 0.05 < (sun == 0).mean() < 0.5
+    np.testing.assert_array_equal(lx.shadows_at(scene, points, lamp), sun)
+
+
 def test_many_lights_are_each_alone():
     scene = views.soup(5)
     points = np.random.default_rng(0).uniform(-1, 1, (300, 3))

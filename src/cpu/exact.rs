@@ -14,10 +14,11 @@ use super::receivers::{
 use super::tiles::{BLOCK, cut};
 use super::view::{Nearness, View, cube_views};
 use crate::camera::Camera;
+use crate::fits::source::is_far_away;
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::sides::Source;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
@@ -45,7 +46,7 @@ pub fn exact(
 ) -> Answer {
     let start = Instant::now();
     let receivers = Receivers::new(scene, image, camera, light);
-    let views = views(light, scene);
+    let views = views(light, scene.bounds());
     let seen = views
         .iter()
         .map(|view| ViewFromEye::new(view, receivers.eye));
@@ -112,20 +113,28 @@ fn milliseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
 
-/// What the light sees: all of it for parallel rays, the faces of a cube around a position.
-pub fn views(light: &Light, scene: &Scene) -> Vec<View> {
+/// What the light sees of a box: all of it by rays that do not start nearby, the faces of a cube around a position.
+pub fn views(light: &Light, (low, high): (DVec3, DVec3)) -> Vec<View> {
     let source = Source::of(light);
-    if let Some(position) = light.position() {
-        return cube_views(position, source, GRID).collect();
-    }
-    let (low, high) = scene.bounds();
-    let to_light = light.vector_from_point(DVec3::ZERO);
+    // Around the middle of the box float64 holds places and depths, however far the light is.
+    let middle = 0.5 * low + 0.5 * high;
+    let (to_light, convergence) = match light.position() {
+        None => (light.vector_from_point(DVec3::ZERO), 0.0),
+        Some(position) if is_far_away(position, (low, high)) => {
+            let (to_light, distance) = (position - middle).normalize_and_length();
+            (to_light, distance.recip())
+        }
+        Some(position) => return cube_views(position, source, GRID).collect(),
+    };
     let (x, y) = to_light.any_orthonormal_pair();
-    let [x, y, z] = [x, y, to_light].map(|axis| axis.extend(0.0));
     vec![View {
-        origin: 0.5 * (low + high),
-        rows: [x, y, DVec4::W],
-        nearness: Nearness::Linear(z),
+        origin: middle,
+        rows: [
+            x.extend(0.0),
+            y.extend(0.0),
+            (to_light * -convergence).extend(1.0),
+        ],
+        nearness: Nearness::Linear(to_light.extend(0.0)),
         width: GRID,
         height: GRID,
         seen: (f64::NEG_INFINITY, f64::INFINITY),

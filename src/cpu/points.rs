@@ -22,6 +22,7 @@ use super::shadow_rays::{RAY_ROUNDING, is_lit};
 use super::tiles::BLOCK;
 use super::view::View;
 use crate::bvh::{Bvh, Search};
+use crate::geometry::bounds_of;
 use crate::light::{Cone, Light};
 use crate::occlusion::ReceiverRay;
 use crate::rounding::FLOAT64_ROUNDING;
@@ -65,6 +66,8 @@ pub fn prefers_rays(triangles: usize, points: usize, lights: usize) -> bool {
 pub struct Points<'a> {
     scene: &'a Scene,
     eye: DVec3,
+    /// Of the scene and the points.
+    bounds: (DVec3, DVec3),
     /// Where each point that was given is in the order.
     place_of: Vec<u32>,
     /// Filled up to whole blocks with the last point.
@@ -83,7 +86,8 @@ impl<'a> Points<'a> {
         rounding: f64,
     ) -> Self {
         let eye = scene.centre();
-        let order = morton_order(points);
+        let of_points = bounds_of_many(points);
+        let order = morton_order(points, of_points);
         let mut place_of = vec![0; points.len()];
         for (place, &index) in order.iter().enumerate() {
             place_of[index as usize] = place as u32;
@@ -112,9 +116,11 @@ impl<'a> Points<'a> {
             };
             (0..eights).into_par_iter().map(eight).collect()
         };
+        let (low, high) = scene.bounds();
         Self {
             scene,
             eye,
+            bounds: (low.min(of_points.0), high.max(of_points.1)),
             positions: in_eights(&position),
             normals: normals.map(|_| in_eights(&normal)),
             place_of,
@@ -306,19 +312,19 @@ impl<'a> LitPoints<'a> {
 
 /// Grids of what the light sees, as far as both points and the scene reach.
 fn grids<'a>(points: &Points, light: &Light, seen: &Seen) -> By<'a> {
-    let views = views(light, points.scene);
+    let views = views(light, points.bounds);
     let seen_views = views.iter().map(|view| ViewFromEye::new(view, points.eye));
     let seen_views: Vec<_> = seen_views.collect();
     let jobs = points.count().div_ceil(JOB_POINTS);
     let extents = extents_of_jobs(views.len(), jobs, |job, extents| {
         dispatch!(level(), simd => extents_of_job(simd, points, seen, &seen_views, job, extents));
     });
-    let bounds = seen
-        .is_at_infinity
-        .then(|| extent_of_scene(&views[0], points.scene));
+    // Of rays that do not start nearby.
+    let is_one = views.len() == 1;
+    let bounds = is_one.then(|| extent_of_scene(&views[0], points.scene));
     // A single point has no extent, nor have points in a row, seen along it.
     let (low, high) = points.scene.bounds();
-    let room = match seen.is_at_infinity {
+    let room = match is_one {
         true => LEAST_EXTENT * (high - low).length() as f32,
         false => LEAST_EXTENT,
     };
@@ -356,7 +362,7 @@ fn extents_of_job<S: Simd>(
     }
 }
 
-/// Where a view along parallel rays sees the scene's box.
+/// Where a view sees the scene's box, which is ahead of it.
 fn extent_of_scene(view: &View, scene: &Scene) -> Extent {
     let (low, high) = scene.bounds();
     (0..8).fold(Extent::EMPTY, |extent, corner| {
@@ -370,12 +376,15 @@ fn extent_of_scene(view: &View, scene: &Scene) -> Extent {
     })
 }
 
-/// The indices of points in the order of a curve that keeps neighbours together (Morton 1966).
-fn morton_order(points: &[DVec3]) -> Vec<u32> {
-    let (low, high) = points.par_iter().map(|&point| (point, point)).reduce(
-        || (DVec3::INFINITY, DVec3::NEG_INFINITY),
+fn bounds_of_many(points: &[DVec3]) -> (DVec3, DVec3) {
+    points.par_iter().map(|&point| (point, point)).reduce(
+        || bounds_of(std::iter::empty()),
         |a, b| (a.0.min(b.0), a.1.max(b.1)),
-    );
+    )
+}
+
+/// The indices of points in the order of a curve that keeps neighbours together (Morton 1966).
+fn morton_order(points: &[DVec3], (low, high): (DVec3, DVec3)) -> Vec<u32> {
     let scale = f64::from((1 << BITS) - 1) / (high - low).max_element().max(f64::MIN_POSITIVE);
     let keys = points.par_iter().enumerate().map(|(index, &point)| {
         let [x, y, z] = ((point - low) * scale).to_array().map(|v| spread(v as u64));

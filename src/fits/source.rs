@@ -25,19 +25,26 @@ pub enum Source {
     Near { position: DVec3 },
 }
 
+/// Whether a light is far from a box of all that it lights.
+pub fn is_far_away(position: DVec3, (low, high): (DVec3, DVec3)) -> bool {
+    distance_to(position, (low, high)) > FAR_AWAY * low.distance(high)
+}
+
+fn distance_to(point: DVec3, (low, high): (DVec3, DVec3)) -> f64 {
+    point.distance(point.clamp(low, high))
+}
+
 impl Setting<'_> {
     pub fn source(&self) -> Source {
         let Some(position) = self.light.position() else {
             let direction = -self.light.vector_from_point(self.camera.eye);
             return Source::AtInfinity { direction };
         };
-        let (low, high) = self.scene.bounds();
-        let from_scene = |point: DVec3| point.distance(point.clamp(low, high));
-        let distance = from_scene(position);
+        let scene = self.scene.bounds();
         // As seen from the eye it must be on its side of the scene, too.
-        let is_far = distance > FAR_AWAY * low.distance(high)
-            && distance > 2.0 * from_scene(self.camera.eye);
-        match is_far {
+        let is_beyond_eye =
+            distance_to(position, scene) > 2.0 * distance_to(self.camera.eye, scene);
+        match is_far_away(position, scene) && is_beyond_eye {
             true => Source::FarAway { position },
             false => Source::Near { position },
         }
