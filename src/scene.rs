@@ -22,11 +22,11 @@ pub struct Scene {
 /// What follows from the vertices, computed anew when they move.
 #[derive(Debug, Clone)]
 struct Derived {
-    /// Unit normals by the right-hand rule, rounded from float64; zero where the area is zero.
-    unit_normals: Vec<Vec3>,
     bounds: (DVec3, DVec3),
     degenerate_count: usize,
-    /// Found when it is asked for: not every frame has a map.
+    // Found when they are asked for: not every frame does.
+    /// Unit normals by the right-hand rule, rounded from float64; zero where the area is zero.
+    unit_normals: OnceLock<Vec<Vec3>>,
     edge_directions: OnceLock<EdgeDirections>,
     planes: OnceLock<Vec<Vec4>>,
 }
@@ -119,7 +119,15 @@ impl Scene {
 
     /// Unit normals by the right-hand rule, one for each triangle; zero where the area is zero.
     pub fn unit_normals(&self) -> &[Vec3] {
-        &self.derived.unit_normals
+        let normals = || {
+            let triangles = 0..self.triangles.len() as u32;
+            let normal = |t| {
+                let [a, b, c] = self.corners(t);
+                unit_normal(a, b, c).as_vec3()
+            };
+            triangles.into_par_iter().map(normal).collect()
+        };
+        self.derived.unit_normals.get_or_init(normals)
     }
 
     /// Least and greatest corner of the box around all vertices that a triangle uses.
@@ -194,30 +202,34 @@ impl Derived {
             largest < 1e30,
             "vertices must be smaller than 1e30 in every coordinate, got {largest:e}"
         );
-        let unit_normals: Vec<Vec3> = triangles
-            .par_iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|i| vertices[i as usize]);
-                unit_normal(a, b, c).as_vec3()
-            })
-            .collect();
-        let none = || bounds_of(std::iter::empty());
-        let bounds = triangles
-            .par_iter()
-            .map(|t| bounds_of(t.iter().map(|&i| vertices[i as usize])))
-            .reduce(none, |a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let degenerate_count = unit_normals
-            .par_iter()
-            .filter(|n| **n == Vec3::ZERO)
-            .count();
+        let found = triangles.par_iter().map(|t| {
+            let corners = t.map(|i| vertices[i as usize]);
+            (
+                bounds_of(corners.into_iter()),
+                usize::from(!has_area(corners)),
+            )
+        });
+        let none = || (bounds_of(std::iter::empty()), 0);
+        let (bounds, degenerate_count) =
+            found.reduce(none, |((low, high), count), (bounds, more)| {
+                ((low.min(bounds.0), high.max(bounds.1)), count + more)
+            });
         Ok(Self {
-            unit_normals,
             bounds,
             degenerate_count,
+            unit_normals: OnceLock::new(),
             edge_directions: OnceLock::new(),
             planes: OnceLock::new(),
         })
     }
+}
+
+/// Whether the unit normal is not zero.
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    let (v, w) = (b - a, c - a);
+    // Far from what rounding may do, or what it decides.
+    v.cross(w).length_squared() > 1e-20 * v.length_squared() * w.length_squared()
+        || unit_normal(a, b, c) != DVec3::ZERO
 }
 
 /// Unit normal by the right-hand rule, zero where the area is zero.
