@@ -45,6 +45,8 @@ impl<S: Simd> BlockLookup<'_, S> {
         for lane in bits(mask_bits(row.on_map)) {
             let (texels, nearer) = (seen.texels[lane], seen.nearer[lane]);
             if texels == 0 {
+                // The triangles in them may still stand before it.
+                left |= 1 << lane;
                 continue;
             }
             let is_behind = comparison.depths && nearer != 0 && {
