@@ -12,13 +12,14 @@ use super::{lanes, processor};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::edges::Edges;
-use crate::error::{Result, ensure_value};
+use crate::error::{Error, Result, ensure_value};
 use crate::light::Light;
 use crate::lock::Kept;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::stats::{Fact, Stats};
 use crate::verbs::WarpedLayer;
+use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -65,6 +66,9 @@ pub const LABELS: &[&str] = &[
 
 /// Pixels of an image, its tiles filled up, at most: 12 bytes of each are in memory.
 const MAX_PIXELS: usize = 1 << 28;
+
+/// What one takes: the nearest triangle, its depth, and as much for what is made of both.
+const BYTES_OF_PIXEL: usize = 16;
 
 /// What is kept between frames of one scene.
 #[derive(Default)]
@@ -245,11 +249,20 @@ pub(super) fn check_map(projection: &Projection) -> Result<()> {
 
 fn check_size(name: &str, [width, height]: [u32; 2]) -> Result<()> {
     let tiling = Tiling::new(width as usize, height as usize);
+    let pixels = tiling.tiles().saturating_mul(TILE_PIXELS);
     ensure_value!(
-        tiling.tiles().saturating_mul(TILE_PIXELS) <= MAX_PIXELS,
+        pixels <= MAX_PIXELS,
         "{name} must not exceed {MAX_PIXELS} pixels on the CPU engine, each side a multiple of {TILE}, got \
          width {width} and height {height}"
     );
+    // An allocation that fails ends the process, so it is tried here.
+    let bytes = pixels * BYTES_OF_PIXEL;
+    let mut memory = Vec::<u8>::new();
+    if black_box(&mut memory).try_reserve_exact(bytes).is_err() {
+        return Err(Error::Device(format!(
+            "{name} {width} x {height} needs {bytes} bytes of memory, more than there are now"
+        )));
+    }
     Ok(())
 }
 
