@@ -1,6 +1,8 @@
 //! Which triangles may touch which tiles of a view.
 
-use super::lanes::{LANES, Simd, bits, dispatch, greatest, least, level, mask_bits, splat};
+use super::lanes::{
+    LANES, Simd, bits, dispatch, f32x8, greatest, indices, least, level, mask_bits, splat,
+};
 use super::shapes::Corners;
 use super::tiles::{TILE, Tiling, share_jobs};
 use super::view::{Place, Planes, View};
@@ -155,41 +157,41 @@ impl Sorter<'_> {
             }
             let wide = corners.wide(simd, view) | mask_bits(leaves_range);
             let passes = mask_bits(passes_origin);
-            let tile = 1.0 / TILE as f32;
-            let ranges = [
-                (first_x * tile).floor().to_array(),
-                (end_x * tile).floor().to_array(),
-                (first_y * tile).floor().to_array(),
-                (end_y * tile).floor().to_array(),
-            ];
-            for lane in bits(seen) {
+            let tile = |pixel: f32x8<S>| (pixel * (1.0 / TILE as f32)).floor();
+            let (x0, x1) = (tile(first_x), tile(end_x));
+            let (y0, y1) = (tile(first_y), tile(end_y));
+            let is_in_one = mask_bits(x0.simd_eq(x1) & y0.simd_eq(y1)) & !(passes | wide);
+            let first = y0.mul_add(splat(simd, tiling.columns as f32), x0);
+            let first = indices(simd, first);
+            for lane in bits(seen & is_in_one) {
+                bins[first[lane] as usize].near.push(ids[lane]);
+            }
+            let ranges = [x0, x1, y0, y1];
+            for lane in bits(seen & !is_in_one) {
                 let id = ids[lane];
-                if passes >> lane & 1 != 0 && self.view.lies_beside(self.scene, id) {
-                    continue;
-                }
                 let tiles = match passes >> lane & 1 {
                     0 => {
-                        let [x0, x1, y0, y1] = &ranges;
-                        [
-                            x0[lane] as usize,
-                            x1[lane] as usize,
-                            y0[lane] as usize,
-                            y1[lane] as usize,
-                        ]
+                        let [x0, x1, y0, y1] = ranges;
+                        [x0[lane], x1[lane], y0[lane], y1[lane]].map(|tile| tile as usize)
                     }
+                    _ if self.view.lies_beside(self.scene, id) => continue,
                     _ => [0, tiling.columns - 1, 0, tiling.rows - 1],
                 };
-                if wide >> lane & 1 != 0 {
-                    self.touched(id, tiles, |tile| bins[tile].wide.push(id));
-                } else {
-                    self.touched(id, tiles, |tile| bins[tile].near.push(id));
-                }
+                let is_wide = wide >> lane & 1 != 0;
+                self.touched(id, tiles, |tile| {
+                    let bin = &mut bins[tile];
+                    let list = match is_wide {
+                        true => &mut bin.wide,
+                        false => &mut bin.near,
+                    };
+                    list.push(id);
+                });
             }
         }
     }
 
     /// Gives each tile of a box that a triangle may touch.
-    #[inline(always)]
+    #[inline(never)]
     fn touched(&self, id: u32, [x0, x1, y0, y1]: [usize; 4], mut found: impl FnMut(usize)) {
         let has_many = (x1 - x0 + 1) * (y1 - y0 + 1) >= MANY_TILES;
         let planes = match has_many {
@@ -200,8 +202,8 @@ impl Sorter<'_> {
             },
             false => None,
         };
-        for row in y0..=y1 {
-            for column in x0..=x1 {
+        for row in y0..y1 + 1 {
+            for column in x0..x1 + 1 {
                 let corner = DVec2::new((column * TILE) as f64, (row * TILE) as f64);
                 if planes.is_none_or(|planes| planes.may_touch(corner, TILE as f64)) {
                     found(row * self.tiling.columns + column);

@@ -115,6 +115,7 @@ impl Tests<'_> {
         let mut places = BlockPlaces::none(simd);
         let mut beside = [Extent::EMPTY; 6];
         for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
+            receivers.image.fetch_blocks(corner.0, corner.1 + i * BLOCK);
             for x in (0..rows[0].len()).step_by(BLOCK) {
                 let pixel = (corner.0 + x, corner.1 + i * BLOCK);
                 let lit =
@@ -126,9 +127,10 @@ impl Tests<'_> {
                         }
                         false => [0; BLOCK],
                     };
-                receivers
-                    .image
-                    .write(rows, x, pixel, |i, j| (lit[i] >> j & 1) as f32);
+                receivers.image.write(rows, x, pixel, |i| {
+                    let lit = mask32x8::from_bitmask(simd, u64::from(lit[i]));
+                    lit.select(splat(simd, 1.0), splat(simd, 0.0)).to_array()
+                });
             }
         }
         beside

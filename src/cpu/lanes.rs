@@ -96,6 +96,12 @@ pub fn each<T, R>([a, b, c]: [T; 3], f: impl Fn(T) -> R) -> [R; 3] {
     [f(a), f(b), f(c)]
 }
 
+/// Of whole numbers from 0 on, what they index.
+#[inline(always)]
+pub fn indices<S: Simd>(simd: S, numbers: f32x8<S>) -> [u32; LANES] {
+    simd.cvt_i32_f32x8(numbers).bitcast::<u32x8<S>>().to_array()
+}
+
 /// The numbers of the bits that are set.
 #[derive(Debug, Clone, Copy)]
 pub struct Bits(u32);

@@ -5,8 +5,8 @@
 
 use super::bins::{Bin, Cover, bins, eights, ids_at, triangles_of};
 use super::lanes::{
-    LANES, Simd, bits, dispatch, f32x8, greatest, greatest_of, least, least_of, level, mask_bits,
-    mask32x8, splat,
+    LANES, Simd, bits, dispatch, f32x8, greatest, greatest_of, indices, least, least_of, level,
+    mask_bits, mask32x8, splat,
 };
 use super::shapes::{Corners, Shapes};
 use super::tiles::{TILE, Tiling};
@@ -272,8 +272,8 @@ impl Listing<'_> {
                 TILE as f32,
             ),
         };
-        let (u0, u1) = (u0.to_array(), u1.to_array());
-        let (v0, v1) = (v0.to_array(), v1.to_array());
+        let (u0, u1) = (indices(simd, u0), indices(simd, u1));
+        let (v0, v1) = (indices(simd, v0), indices(simd, v1));
         for lane in 0..count {
             let bounds = Bounds {
                 sides: [
@@ -284,12 +284,7 @@ impl Listing<'_> {
                 ],
                 nearest: nearest[lane],
             };
-            let cells = [
-                u0[lane] as usize,
-                u1[lane] as usize,
-                v0[lane] as usize,
-                v1[lane] as usize,
-            ];
+            let cells = [u0[lane], u1[lane], v0[lane], v1[lane]].map(|cell| cell as usize);
             self.list(simd, ids[lane], bounds, cells, (&shapes, lane), listed);
         }
     }
@@ -333,7 +328,7 @@ impl Listing<'_> {
             listed.entries.push((0, place));
             return;
         }
-        for row in v0..=v1 {
+        for row in v0..v1 + 1 {
             let mut cells = columns;
             if !is_small {
                 cells &= shapes

@@ -7,8 +7,8 @@
 use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
 use super::holes::Holes;
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, least, level, mask_bits, mask32x8,
-    numbers, splat, u32x8,
+    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, indices, least, level, mask_bits,
+    mask32x8, numbers, splat, u32x8,
 };
 use super::shapes::{Corners, Shapes};
 use super::tile_rays::TileRays;
@@ -19,6 +19,7 @@ use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
 use rayon::prelude::*;
+use std::hint::black_box;
 use std::ops::Range;
 
 /// No triangle.
@@ -26,6 +27,9 @@ pub const NONE: u32 = u32::MAX;
 
 /// Of how near a triangle is: what rounding may do to it, as a share, where it is set up in float32.
 const MAX_ROUNDING: f32 = 1.0 / 8192.0;
+
+/// Numbers that memory hands out at once.
+const LINE: usize = 16;
 
 /// Columns and rows of a tile, as far as the middles of pixels go.
 const SIDE: f32 = TILE as f32;
@@ -58,6 +62,12 @@ impl Image {
         Self { tiling, triangles }
     }
 
+    /// Reads the rows of a tile's blocks in the order of memory. Blocks jump from row to row, which no processor foresees.
+    pub fn fetch_blocks(&self, x: usize, y: usize) {
+        let ids = &self.triangles[self.tiling.index(x, y)..][..BLOCK * TILE];
+        black_box(ids.iter().step_by(LINE).fold(0, |all, id| all ^ id));
+    }
+
     /// Pixels that show something.
     pub fn seen_count(&self) -> u32 {
         let seen = self.triangles.par_iter().filter(|&&id| id != NONE);
@@ -65,21 +75,25 @@ impl Image {
     }
 
     /// Writes the answers of a block into the rows of its tile, from a column on; NaN where nothing is seen. `lit` is asked
-    /// by the row and the column of the block.
+    /// for each row of the block.
     #[inline(always)]
     pub fn write(
         &self,
         rows: &mut [&mut [f32]],
         x: usize,
         (first_x, first_y): (usize, usize),
-        mut lit: impl FnMut(usize, usize) -> f32,
+        mut lit: impl FnMut(usize) -> [f32; BLOCK],
     ) {
         let first = self.tiling.index(first_x, first_y);
         for (i, row) in rows.iter_mut().enumerate() {
+            let mut lit = lit(i);
             let ids = &self.triangles[first + i * TILE..][..BLOCK];
-            for (j, (pixel, &id)) in row[x..].iter_mut().zip(ids).enumerate() {
-                *pixel = if id == NONE { f32::NAN } else { lit(i, j) };
+            for (lit, &id) in lit.iter_mut().zip(ids) {
+                *lit = if id == NONE { f32::NAN } else { *lit };
             }
+            let row = &mut row[x..];
+            let count = row.len().min(BLOCK);
+            row[..count].copy_from_slice(&lit[..count]);
         }
     }
 
@@ -164,13 +178,12 @@ impl<'p> Painter<'p> {
         ids.fill(NONE);
         nearness.fill(f32::NEG_INFINITY);
         // What lies beside the image is never seen.
-        for (place, nearness) in nearness.iter_mut().enumerate() {
-            if corner.0 + place % TILE >= self.tiling.width
-                || corner.1 + place / TILE >= self.tiling.height
-            {
-                *nearness = f32::INFINITY;
-            }
+        let width = (self.tiling.width - corner.0).min(TILE);
+        let height = (self.tiling.height - corner.1).min(TILE);
+        for row in nearness.chunks_exact_mut(TILE).take(height) {
+            row[width..].fill(f32::INFINITY);
         }
+        nearness[height * TILE..].fill(f32::INFINITY);
         let mut tile = Tile::new(self.view, self.scene, corner, (ids, nearness));
         let origin = [corner.0 as f32 + 0.5, corner.1 as f32 + 0.5];
         let rounding = self.view.rounding();
@@ -184,12 +197,8 @@ impl<'p> Painter<'p> {
                 for lane in 0..count {
                     if shapes.is_well_known(lane) {
                         let [x0, x1, y0, y1] = &boxes;
-                        let pixels = [
-                            x0[lane] as usize,
-                            x1[lane] as usize,
-                            y0[lane] as usize,
-                            y1[lane] as usize,
-                        ];
+                        let pixels = [x0[lane], x1[lane], y0[lane], y1[lane]];
+                        let pixels = pixels.map(|pixel| pixel as usize);
                         tile.draw::<S, false>(simd, &shapes, lane, ids[lane], pixels);
                     } else {
                         tile.draw_wide(simd, ids[lane]);
@@ -205,14 +214,15 @@ impl<'p> Painter<'p> {
 
 /// First and last column and row of the pixels of a tile whose middles eight triangles may hold.
 #[inline(always)]
-fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[f32; LANES]; 4] {
+fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[u32; LANES]; 4] {
     let (zero, end) = (splat(simd, 0.0), splat(simd, SIDE - 1.0));
     let (x, y) = (corners.x, corners.y);
+    let pixel = |number: f32x8<S>| indices(simd, number.max(zero).min(end));
     [
-        (least(x) - rounding).ceil().max(zero).to_array(),
-        (greatest(x) + rounding).floor().min(end).to_array(),
-        (least(y) - rounding).ceil().max(zero).to_array(),
-        (greatest(y) + rounding).floor().min(end).to_array(),
+        pixel((least(x) - rounding).ceil()),
+        pixel((greatest(x) + rounding).floor()),
+        pixel((least(y) - rounding).ceil()),
+        pixel((greatest(y) + rounding).floor()),
     ]
 }
 
@@ -415,7 +425,9 @@ impl<'a> Tile<'a> {
     /// Sets up what masks the triangle that is drawn next.
     #[inline(always)]
     pub fn find_holes(&mut self, id: u32) {
-        self.holes = Holes::new(self.view, self.scene, id, self.origin());
+        if self.scene.masks().is_some() {
+            self.holes = Holes::new(self.view, self.scene, id, self.origin());
+        }
     }
 
     /// What places are relative to: that of the rays, or the middle of the first pixel.

@@ -176,10 +176,12 @@ impl<'a> Receivers<'a> {
         let mut count = 0;
         let mut last = NONE;
         for ids in rows {
-            if is_one(simd, ids) && ids[0] == last {
-                continue;
-            }
-            for &id in ids {
+            let different = if is_one(simd, ids) {
+                &ids[..1]
+            } else {
+                &ids[..]
+            };
+            for &id in different {
                 let known = &mut known.triangles[id as usize % KNOWN];
                 if id != last && id != NONE && *known != id {
                     *known = id;

@@ -3,7 +3,7 @@
 //! The hierarchy finds the triangles near a ray; whether one stands in the way is decided in float64. A pixel
 //! asks the triangle that shadowed the pixel before it first.
 
-use super::lanes::{Simd, dispatch, level};
+use super::lanes::{Simd, bits, dispatch, level};
 use super::rasterize::{Image, NONE};
 use super::receivers::{BlockReceivers, KnownPlanes, Receivers};
 use super::tiles::{BLOCK, cut};
@@ -72,12 +72,15 @@ impl ShadowRays<'_> {
                 let (left, top) = (corner.0 + x, corner.1 + i * BLOCK);
                 self.receivers
                     .block(simd, (left, top), 0..BLOCK, known, &mut block);
-                image.write(rows, x, (left, top), |i, j| {
-                    let faces_light = block.facing[i] >> j & 1 != 0;
-                    count += u64::from(faces_light);
-                    let pixel = (left + j, top + i);
-                    let is_lit = faces_light && self.is_lit(pixel, block.ids[i][j], &mut blocker);
-                    f32::from(u8::from(is_lit))
+                image.write(rows, x, (left, top), |i| {
+                    let mut lit = [0.0; BLOCK];
+                    count += u64::from(block.facing[i].count_ones());
+                    for j in bits(block.facing[i]) {
+                        let pixel = (left + j, top + i);
+                        let is_lit = self.is_lit(pixel, block.ids[i][j], &mut blocker);
+                        lit[j] = f32::from(u8::from(is_lit));
+                    }
+                    lit
                 });
             }
         }

@@ -107,8 +107,9 @@ fn write(image: &Image, tile: usize, lit: &[f32; TILE_PIXELS], rows: &mut [&mut 
     for (by, rows) in rows.chunks_mut(BLOCK).enumerate() {
         for bx in 0..BLOCKS.min(rows[0].len().div_ceil(BLOCK)) {
             let (column, row) = (bx * BLOCK, by * BLOCK);
-            image.write(rows, column, (x + column, y + row), |i, j| {
-                lit[(row + i) * TILE + column + j]
+            image.write(rows, column, (x + column, y + row), |i| {
+                let first = (row + i) * TILE + column;
+                lit[first..first + BLOCK].try_into().expect("eight")
             });
         }
     }
