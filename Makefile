@@ -1,6 +1,5 @@
 # make demo     build, render, write pictures into out/, print a table
-# make test     build and run every test, of both engines; LIXEL_DEVICE=cpu make test leaves out
-#               the shaders
+# make test     build and run the tests; LIXEL_DEVICE=gpu make test runs those of the shaders, too
 # make lint     formatting, lints and types
 # make fmt      format everything
 # make coverage line coverage by the tests, in out/coverage/coverage.csv
@@ -27,7 +26,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 demo: setup $(VENV)/.installed build
 	$(BIN)/lixel demo --out $(OUT)
 
-test: export LIXEL_DEVICE := $(or $(LIXEL_DEVICE),gpu)
+test: export LIXEL_DEVICE := $(or $(LIXEL_DEVICE),cpu)
 test: setup-test $(VENV)/.installed-test build
 	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')" \
 	  cargo test --locked $(if $(filter-out cpu,$(LIXEL_DEVICE)),-- --include-ignored)

@@ -12,7 +12,7 @@ import lixel as lx
 
 # The engine of all tests that name none. With "gpu", the shaders are tested as well, on whatever
 # adapter there is: by these tests, and by those that take the fixture `engine`.
-os.environ.setdefault("LIXEL_DEVICE", "gpu")
+os.environ.setdefault("LIXEL_DEVICE", "cpu")
 TESTS_SHADERS = os.environ["LIXEL_DEVICE"] != "cpu"
 ENGINES = ("gpu", "cpu") if TESTS_SHADERS else ("cpu",)
 

@@ -253,6 +253,7 @@ def test_out_of_memory_is_an_error_and_the_next_call_works():
     assert (ended.returncode, ended.stdout) == (0, "done\n"), ended.stderr
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 @pytest.mark.parametrize("method", ["uniform", "cube", "rtw"])
 def test_a_map_of_16384_is_made_or_refused_in_words(method, view):
     scene, camera, light = view
@@ -275,6 +276,7 @@ def test_many_renders_do_not_make_the_process_grow():
 
 
 @LINUX
+@pytest.mark.not_on_cpu("it gives memory back after each frame")
 def test_scratch_memory_is_freed():
     """In a process of its own: in an old one the map may lie in the middle of the C heap, which
     gives nothing back to the system."""

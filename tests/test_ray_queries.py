@@ -30,6 +30,7 @@ def test_another_traversal_is_refused(traversal, error):
         lx.RayTraced(traversal=traversal)
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_a_device_without_ray_queries_says_so(view):
     device = lx.info().device
     if "EXPERIMENTAL_RAY_QUERY" in device["used_features"]:
@@ -41,6 +42,7 @@ def test_a_device_without_ray_queries_says_so(view):
     assert "shadow rays" in lx.render(*view, "ray_traced").timings
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_auto_takes_them_on_a_gpu_alone(view):
     device = lx.info().device
     has_them = "EXPERIMENTAL_RAY_QUERY" in device["used_features"] and device["type"] != "Cpu"

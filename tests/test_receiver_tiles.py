@@ -55,6 +55,7 @@ def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count):
             assert part.tobytes() == whole.visibility.tobytes()
 
 
+@pytest.mark.not_on_cpu("it counts the work items of the shaders")
 def test_less_is_drawn_where_no_receiver_looks():
     scene = lx.scenes.objects_on_floor(count=64, subdivisions=3)
     camera = lx.Camera.look_at((4, 3, 4), (0, 0, 0), yfov=0.4, width=160, height=90)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -35,6 +37,9 @@ def test_maps_are_within_their_bounds(case):
 @pytest.mark.parametrize("limit", stress.LIMITS, ids=lambda limit: limit.cases[0])
 def test_known_limits_are_still_limits(limit):
     """One that is gone leaves the list."""
+    engine = "cpu" if os.environ["LIXEL_DEVICE"] == "cpu" else "gpu"
+    if engine not in limit.engines:
+        pytest.skip(f"not met on the engine {engine}")
     known = [case for case in CASES if str(case) in limit.cases]
     assert len(known) == len(limit.cases)
     for case in known:
@@ -72,7 +77,9 @@ def test_scene_optimized_layer_that_no_sample_needs_is_lit():
 def test_culling_changes_no_pixel():
     table = pd.DataFrame(culling.measure(repeats=1))
     assert table["same"].all(), table[~table["same"]]
-    # And something is skipped, of each kind.
+    if os.environ["LIXEL_DEVICE"] == "cpu":
+        return
+    # And something is skipped, of each kind that shaders count.
     assert (table["culled_by_depth"] > 0).any()
     assert (table["skipped_layers"] > 0).any()
     assert (table["items"] < 0.9 * table["whole_items"]).any()

@@ -70,7 +70,7 @@ def test_study_row_is_what_single_calls_give(view):
     assert {"pass_ms.visibility", "pass_ms.warp map", "pass_ms.lookup"} <= set(passes)
     # Every pass of every timed frame ran: no camera was seen before.
     assert all(row[name] > 0.0 for name in passes)
-    assert row["stats.visibility.rasterized"] > 0
+    assert row["stats.covered_pixels"] > 0
     for name in ("gpu_ms", "wall_ms"):
         assert 0.0 < row[f"{name}_q1"] <= row[name] <= row[f"{name}_q3"]
     assert row["gpu_ms"] < row["wall_ms"]
@@ -108,7 +108,8 @@ def test_what_cannot_be_rendered_has_a_row_with_the_reason():
         **SMALL,
     )
     assert list(table["repeats"]) == [2, 0]
-    assert "DeviceError" in table["error"][1]
+    # Larger than any engine can.
+    assert "resolution must" in table["error"][1]
     assert table["misclassified_count"].isna()[1]
 
 
@@ -198,6 +199,7 @@ def test_a_changed_scene_is_another_case(tmp_path):
     assert len(lines(journal)) == 2
 
 
+@pytest.mark.not_on_cpu("it asks for an adapter")
 def test_what_a_device_could_not_do_is_tried_again(tmp_path):
     journal = tmp_path / "journal.jsonl"
     given = {"methods": "uniform", "parameters": {"resolution": [32768]}, "repeats": 1}

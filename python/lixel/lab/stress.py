@@ -193,6 +193,8 @@ class Limit:
     cases: tuple[str, ...]
     methods: tuple[str, ...]
     why: str
+    engines: tuple[str, ...] = ("cpu", "gpu")
+    """Where it is met."""
 
 
 LOWEST = ("0.1", "0.03", "0.01", "0.001", "0.0001")
@@ -243,6 +245,7 @@ LIMITS: tuple[Limit, ...] = (
         ("plane_optimal",),
         "A map that is even on a plane has no room for what is far from it, and such a light is in "
         "the planes of walls.",
+        ("gpu",),
     ),
     Limit(
         ("image, 1 x 400 pixels", "image, 3 x 500 pixels"),
@@ -254,6 +257,7 @@ LIMITS: tuple[Limit, ...] = (
         ("huge floor, 10^6 objects wide, directional light",),
         ("plane_optimal",),
         "A single pixel, where texels are narrow.",
+        ("gpu",),
     ),
 )
 """What a suite may meet without failing."""
