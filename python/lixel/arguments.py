@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib
 import operator
+from collections.abc import Iterable
 from typing import Any, SupportsIndex
 
 import numpy as np
@@ -80,6 +82,22 @@ def instance(name: str, value: object, *types: type) -> None:
     if not isinstance(value, types):
         wanted = " or ".join(f"lixel.{t.__name__}" for t in types)
         raise TypeError(f"{name} must be a {wanted}, got {type(value).__name__}")
+
+
+def did_you_mean(value: object, known: Iterable[str]) -> str:
+    """For the end of a message that refuses a name: the nearest of those that are known; nothing
+    where none is near, or where it is itself one of them.
+
+    >>> "got 'unifrom'" + did_you_mean("unifrom", ["uniform", "rtw"])
+    "got 'unifrom'; did you mean 'uniform'?"
+    """
+    names = list(known)
+    if value in names:
+        return ""
+    # Of names that differ in their case alone the first counts.
+    by_case = {name.casefold(): name for name in reversed(names)}
+    near = difflib.get_close_matches(str(value).casefold(), by_case, n=1)
+    return f"; did you mean {by_case[near[0]]!r}?" if near else ""
 
 
 def needs(module: str, extra: str) -> Any:

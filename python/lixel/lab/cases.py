@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from .. import _core
-from ..arguments import instance
+from ..arguments import did_you_mean, instance
 from ..camera import Camera
 from ..default_view import DEFAULT_LIGHT, see_all
 from ..light import LIGHTS, Light
@@ -102,7 +102,10 @@ def _variants(
     known = sorted({f.name for method in chosen for f in fields(method)})
     for name, choices in values.items():
         if name not in known:
-            raise ValueError(f"parameters must be among {', '.join(known)}, got {name!r}")
+            raise ValueError(
+                f"parameters must be among {', '.join(known)}, got {name!r}"
+                f"{did_you_mean(name, known)}"
+            )
         if not choices:
             raise ValueError(f"parameters[{name!r}] must have at least one value, got none")
     variants: dict[str, Method] = {}

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import scenes
-from ..arguments import count
+from ..arguments import count, did_you_mean
 from ..camera import Camera
 from ..compare import compare
 from ..frame import render, render_shadows
@@ -144,7 +144,10 @@ def measure(
     names = list(MOTIONS) if motions is None else list(motions)
     for name in names:
         if name not in MOTIONS:
-            raise ValueError(f"motion must be one of {', '.join(MOTIONS)}, got {name!r}")
+            raise ValueError(
+                f"motion must be one of {', '.join(MOTIONS)}, got {name!r}"
+                f"{did_you_mean(name, MOTIONS)}"
+            )
     frames = count("frames", frames, least=2)
     chosen = list(methods)
     rows = []

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import scenes
+from ..arguments import did_you_mean
 from ..camera import Camera
 from ..light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from ..methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
@@ -67,7 +68,10 @@ def cases(families: Iterable[str] | None = None) -> list[Case]:
     chosen = list(FAMILIES) if families is None else list(families)
     for family in chosen:
         if family not in FAMILIES:
-            raise ValueError(f"family must be one of {', '.join(FAMILIES)}, got {family!r}")
+            raise ValueError(
+                f"family must be one of {', '.join(FAMILIES)}, got {family!r}"
+                f"{did_you_mean(family, FAMILIES)}"
+            )
     return [case for family in chosen for case in FAMILIES[family](family)]
 
 

@@ -11,6 +11,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+from ..arguments import did_you_mean
 from ..camera import Camera
 from ..light import Light
 from ..load import FORMATS
@@ -203,7 +204,10 @@ def method_with(name: str, resolution: int | None, parameters: Sequence[tuple[st
     known = [f.name for f in fields(method)]
     for key in values:
         if key not in known:
-            raise ValueError(f"parameter of {name} must be one of {', '.join(known)}, got {key!r}")
+            raise ValueError(
+                f"parameter of {name} must be one of {', '.join(known)}, got {key!r}"
+                f"{did_you_mean(key, known)}"
+            )
     return replace(method, **values)
 
 

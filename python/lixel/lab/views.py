@@ -12,6 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import did_you_mean
 from ..camera import Camera
 from ..default_view import DEFAULT_LIGHT, see_all
 from ..light import DirectionalLight, Light, PointLight, SpotLight
@@ -154,7 +155,7 @@ def scene_and_views(name: str, file: Path | None, up: Up = "y") -> tuple[Scene, 
     else:
         raise ValueError(
             f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(GENERATORS)}, "
-            f"got {name!r}"
+            f"got {name!r}{did_you_mean(name, GENERATORS)}"
         )
     own = Views(dict(scene.cameras), dict(scene.lights), left_out=scene.unsupported)
     return scene, views or own
@@ -174,7 +175,7 @@ def _pick(what: str, text: str, known: Mapping[str, Value], broken: Sequence[str
     by = "name" if broken else "name or index"
     have = f"one of {', '.join(names)}, by {by}" if names else "described: it has none"
     why = f"; of the file's own these cannot be used: {'; '.join(broken)}" if broken else ""
-    raise ValueError(f"{what} must be {have}, got {text!r}{why}")
+    raise ValueError(f"{what} must be {have}, got {text!r}{why}{did_you_mean(text, names)}")
 
 
 def _point(what: str, text: str) -> npt.NDArray[np.float64]:

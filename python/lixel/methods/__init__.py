@@ -11,6 +11,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias, cast, get_args
 
+from ..arguments import did_you_mean
 from .auto import Auto as Auto
 from .base import (
     BoxMethod as BoxMethod,
@@ -131,10 +132,10 @@ def method_from(method: str | Method) -> Method:
     unknown = [part for part in parts if part not in (*METHODS, *get_args(Fit))]
     if len(parts) > 1 and not unknown:
         raise ValueError(f"method {method!r} joins what cannot be joined; known: {known}")
-    raise ValueError(
-        f"method must be one of {known}, got {method!r}"
-        + (f", where {unknown[0]!r} is unknown" if len(parts) > 1 else "")
-    )
+    where = f", where {unknown[0]!r} is unknown" if len(parts) > 1 else ""
+    names = (*METHODS, *get_args(Fit), Auto.name)
+    nearest = did_you_mean((unknown or parts)[0], names)
+    raise ValueError(f"method must be one of {known}, got {method!r}{where}{nearest}")
 
 
 def _published(name: str, paper: str) -> Method:

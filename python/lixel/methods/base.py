@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, TypeAlias, TypeVar
 
 from .. import _core
+from ..arguments import did_you_mean
 from ..light import LIGHTS, Light
 from .published import PUBLISHED, PUBLISHED_NAME, published_values
 
@@ -26,9 +27,34 @@ class Checked:
 
     name: ClassVar[str]
 
+    def __new__(cls, *_: Any, **given: Any) -> Any:
+        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        for name in given:
+            if name not in known:
+                raise TypeError(
+                    f"parameter of {cls.__name__} must be one of {', '.join(known) or 'none'}, "
+                    f"got {name!r}{did_you_mean(name, known)}"
+                )
+        return super().__new__(cls)
+
     def __post_init__(self) -> None:
-        for name, value in _core.check_parameters(self.name, self.parameters()).items():
+        try:
+            checked = _core.check_parameters(self.name, self.parameters())
+        except ValueError as error:
+            raise ValueError(f"{error}{self._nearest_choice(str(error))}") from None
+        for name, value in checked.items():
             object.__setattr__(self, name, value)
+
+    def _nearest_choice(self, error: str) -> str:
+        """For the end of the core's message: the choice that is nearest to what was given."""
+        for rule in _core.parameters(self.name):
+            value = getattr(self, rule["name"])
+            if error.startswith(f"{rule['name']} must ") and isinstance(value, (str, list, tuple)):
+                # One name, or a product of several.
+                names = value.split("*") if isinstance(value, str) else value
+                nearest = (did_you_mean(name, rule["choices"]) for name in names)
+                return next(filter(None, nearest), "")
+        return ""
 
     def parameters(self) -> dict[str, Any]:
         """Every parameter by name."""

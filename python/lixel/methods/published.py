@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
+from ..arguments import did_you_mean
+
 PUBLISHED_NAME = "published"
 """What follows the ``@`` of a method's name for the paper that `PUBLISHED` lists first."""
 
@@ -378,6 +380,6 @@ def published_values(name: str, paper: str | None = None) -> Values:
     if paper not in papers:
         raise ValueError(
             f"paper of {name!r} must be 'published' or one of {', '.join(map(repr, papers))}, "
-            f"got {paper!r}"
+            f"got {paper!r}{did_you_mean(paper, [PUBLISHED_NAME, *papers])}"
         )
     return papers[paper]

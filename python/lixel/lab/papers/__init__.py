@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...arguments import needs
+from ...arguments import did_you_mean, needs
 from ..options import SCENE_HELP, VIEWS_HELP, add_output, natural
 from ..report import status
 from . import chong_gortler, drawings, milet, path, rosen, vanek
@@ -116,7 +116,9 @@ def measure(
     needs("pandas", "study")
     for name in names:
         if name not in NAMES:
-            raise ValueError(f"table must be one of {', '.join(NAMES)}, got {name!r}")
+            raise ValueError(
+                f"table must be one of {', '.join(NAMES)}, got {name!r}{did_you_mean(name, NAMES)}"
+            )
     found = {}
     for name in names or NAMES:
         if name in EXPERIMENTS:

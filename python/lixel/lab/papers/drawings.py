@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import needs
+from ...arguments import did_you_mean, needs
 from ...camera import Camera
 from ...compare import Comparison, compare
 from ...frame import Frame, render
@@ -381,7 +381,10 @@ def draw(names: Sequence[str], folder: Path, *, quick: bool = False) -> list[Pat
     for name in names:
         if name not in FIGURES:
             reason = f": {LEFT_OUT[name]}" if name in LEFT_OUT else ""
-            raise ValueError(f"figure must be one of {', '.join(FIGURES)}, got {name!r}{reason}")
+            raise ValueError(
+                f"figure must be one of {', '.join(FIGURES)}, got {name!r}{reason}"
+                f"{'' if reason else did_you_mean(name, FIGURES)}"
+            )
     matplotlib = needs("matplotlib.figure", "plot")
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
