@@ -20,7 +20,7 @@ SMALL = ["--size", "96x64"]
 
 
 def parsed_view(*arguments):
-    return options.view_of(cli._parser().parse_args(cli._with_vectors_joined(arguments)))
+    return options.view_of(cli.parser().parse_args(cli._with_vectors_joined(arguments)))
 
 
 @pytest.fixture
@@ -148,7 +148,10 @@ def test_up_turns_a_file():
     [
         ([], "COMMAND"),
         (["render", "plane_and_box"], "--output"),
-        (["render", "plane_and_box", "-o", "x.jpg"], "--output: must end in .png or .npy"),
+        (
+            ["render", "plane_and_box", "-o", "x.jpg"],
+            "must end in .png, .npy, .npz or .exr",
+        ),
         (["render", "nothing", "-o", "x.png"], "plane_and_box"),
         (["render", "missing.glb", "-o", "x.png"], "missing.glb"),
         (["render", "plane_and_box", "-o", "x.png", "--size", "9"], "WIDTHxHEIGHT"),

@@ -69,8 +69,8 @@ def test_a_parameter_that_a_method_does_not_have():
     ("given", "nearest"),
     [
         (["colonade"], "colonnade"),
-        (["colonnade", "--camera", "defalt"], "default"),
-        (["colonnade", "--light", "defult"], "default"),
+        (["plane_and_box", "--camera", "defalt"], "default"),
+        (["plane_and_box", "--light", "defult"], "default"),
         (["plane_and_box", "--set", "slope_bais=1"], "slope_bias"),
     ],
 )

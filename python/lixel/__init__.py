@@ -41,6 +41,7 @@ from .camera import Camera
 from .compare import Comparison, compare
 from .fractions import ShadowFractions, shadow_fractions
 from .frame import Frame, render, render_shadows
+from .image_files import read_metadata, read_visibility
 from .info import Info, info
 from .lab.study import study
 from .light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
@@ -120,6 +121,8 @@ __all__ = [
     "info",
     "load",
     "method_from",
+    "read_metadata",
+    "read_visibility",
     "reference",
     "render",
     "render_shadows",

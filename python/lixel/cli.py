@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import shlex
 import sys
+import textwrap
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,8 +15,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from . import __version__
+from . import __version__, completion, image_files
 from ._core import DeviceError
+from .arguments import did_you_mean
 from .frame import render
 from .info import info
 from .lab import (
@@ -33,6 +36,7 @@ from .lab import (
     study,
     sun_hours,
 )
+from .lab.image_comparison import compare_image
 from .lab.options import (
     SCENE_HELP,
     add_device,
@@ -46,7 +50,7 @@ from .lab.options import (
     method_with,
     view_of,
 )
-from .lab.report import status
+from .lab.report import status, waiting
 from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
 from .pictures.display import milliseconds
 
@@ -54,23 +58,26 @@ DESCRIPTION = "Hard shadows with research shadow-map methods, and how wrong each
 
 
 class Command(NamedTuple):
-    """A line about a command, its options, and what it does with them.
+    """A line about a command, examples, its options, and what it does with them.
 
     A command that renders may have a `device`, whose its table is to be on every machine.
     `--device` and ``LIXEL_DEVICE`` count for more.
     """
 
     help: str
+    examples: Sequence[str]
     add_arguments: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace], None]
     renders: bool = True
     device: str | None = None
 
     @classmethod
-    def of(cls, module: ModuleType, device: str | None = None, *, renders: bool = True) -> Command:
+    def of(
+        cls, module: ModuleType, *examples: str, device: str | None = None, renders: bool = True
+    ) -> Command:
         """That of a module, whose docstring begins with the line."""
         line = (module.__doc__ or "").split("\n\n")[0]
-        return cls(line, module.add_arguments, module.run, renders, device)
+        return cls(line, examples, module.add_arguments, module.run, renders, device)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -88,7 +95,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         given = _with_vectors_joined(sys.argv[1:] if arguments is None else arguments)
-        options = _parser().parse_args(given)
+        options, unknown = parser().parse_known_args(given)
+        if unknown:
+            options_of = re.findall(r"--[\w-]+", options.parser.format_help())
+            nearest = did_you_mean(unknown[0], options_of)
+            raise ValueError(f"unrecognized arguments: {' '.join(unknown)}{nearest}")
         # What a table says of where it comes from: the names of files, not this machine's folders.
         names = (Path(word).name if Path(word).is_absolute() else word for word in given)
         options.line = shlex.join(["lixel", *names])
@@ -131,28 +142,84 @@ def _warnings_in_lines() -> Iterator[None]:
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, **given: Any) -> None:
+        super().__init__(formatter_class=_Help, **given)
+
     def error(self, message: str) -> Any:
+        wrong = re.match(r"argument .*: invalid choice: '(.*)' \(choose from (.*)\)$", message)
+        if wrong:
+            message += did_you_mean(wrong[1], re.findall(r"[\w-]+", wrong[2]))
         raise ValueError(message)
 
 
-def _parser() -> argparse.ArgumentParser:
-    top = _Parser(prog="lixel", description=DESCRIPTION)
+class _Help(argparse.HelpFormatter):
+    """Lines of words are wrapped, but for those that are laid out already, as the lists of commands
+    are, which stand in groups."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=26)
+
+    def _format_action(self, action: argparse.Action) -> str:
+        is_list = isinstance(action, argparse._SubParsersAction)
+        return "" if is_list else super()._format_action(action)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return text if "\n" in text else super()._fill_text(text, width, indent)
+
+
+def parser() -> argparse.ArgumentParser:
+    """That of all commands."""
+    top = _Parser(
+        prog="lixel",
+        usage="lixel [-h] [--version] COMMAND ...",
+        description=DESCRIPTION,
+        epilog=_listed(GROUPS, COMMANDS)
+        + "\n\n`lixel COMMAND --help` says more of each.\n\n"
+        + _examples([example for c in COMMANDS.values() for example in c.examples[:1]]),
+    )
     top.add_argument("--version", action="version", version=f"lixel {__version__}")
-    commands = top.add_subparsers(required=True, metavar="COMMAND")
+    commands = top.add_subparsers(required=True, metavar="COMMAND", prog="lixel")
     _add_all(commands, COMMANDS)
-    words = "Experiments: each measures what the documentation says, and keeps it in a table."
-    lab = commands.add_parser("lab", help=words, description=words)
-    _add_all(lab.add_subparsers(required=True, metavar="EXPERIMENT"), LAB)
+    lab = commands.choices["lab"]
+    lab.usage = "lixel lab [-h] EXPERIMENT ..."
+    lab.epilog = f"{_listed(LAB_GROUPS, LAB)}\n\n{lab.epilog}"
+    experiments = lab.add_subparsers(required=True, metavar="EXPERIMENT", prog="lixel lab")
+    _add_all(experiments, LAB)
     return top
 
 
 def _add_all(parsers: Any, commands: Mapping[str, Command]) -> None:
     for name, command in commands.items():
-        added = parsers.add_parser(name, help=command.help, description=command.help)
-        added.set_defaults(run=command.run)
+        added = parsers.add_parser(
+            name,
+            help=command.help,
+            description=command.help,
+            epilog=_examples(command.examples) if command.examples else None,
+        )
+        added.set_defaults(run=command.run, parser=added)
         command.add_arguments(added)
         if command.renders:
             add_device(added, command.device)
+
+
+def _listed(groups: Mapping[str, Sequence[str]], commands: Mapping[str, Command]) -> str:
+    """Commands by groups, each with its line."""
+    width = max(map(len, commands)) + 4
+    parts = []
+    for title, names in groups.items():
+        lines = (
+            textwrap.fill(
+                f"{name:{width - 4}}  {commands[name].help}",
+                width=80, initial_indent="  ", subsequent_indent=" " * width,
+            )
+            for name in names
+        )  # fmt: skip
+        parts.append("\n".join([f"{title}:", *lines]))
+    return "\n\n".join(parts)
+
+
+def _examples(examples: Sequence[str]) -> str:
+    return "\n".join(["examples:", *(f"  {example}" for example in examples)])
 
 
 # --- The commands that are no experiments ---
@@ -162,28 +229,54 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="FILE", help=SCENE_HELP)
     add_view(parser)
     add_one_method(parser)
-    words = ".png: a shaded picture; .npy: float32, 1 lit, 0 in shadow, NaN no surface"
-    add_output(parser, words, (".png", ".npy"), required=True)
+    words = (
+        ".png: a shaded picture; .mask.png: 16 bits of grey, 0 no surface, 1 shadow, 65535 lit; "
+        ".npy: float32, 1 lit, 0 in shadow, NaN no surface; .npz and .exr: that, triangles, "
+        "objects, depths and normals; all but .npy hold what made them, see `lixel info`"
+    )
+    add_output(parser, words, image_files.ENDINGS, required=True)
 
 
 def _render(options: argparse.Namespace) -> None:
     method = method_with(options.method, options.resolution, options.parameters)
-    frame = render(*view_of(options), method)
-    frame.save(options.output)
+    scene, camera, light = view_of(options)
+    with waiting(f"rendering by {method.spelling}"):
+        frame = render(scene, camera, light, method)
+    with waiting(f"writing {options.output.name}"):
+        frame.save(options.output)
     print(f"{options.output}: {milliseconds(frame.timings)} ms")
 
 
 def _add_compare(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="FILE", help=SCENE_HELP)
+    parser.add_argument(
+        "scene", metavar="FILE",
+        help=f"{SCENE_HELP}; or an image of visibility that is to be judged: "
+        f"{', '.join(image_files.VISIBILITY_ENDINGS)}",
+    )  # fmt: skip
+    parser.add_argument(
+        "truth", nargs="?", metavar="TRUTH",
+        help="what an image is judged by: another image, or a scene, whose reference is found",
+    )  # fmt: skip
+    parser.add_argument(
+        "--other-surfaces", choices=("refuse", "count"), default="refuse",
+        help="of two images in which only one sees a surface in a pixel: refuse, the default, or "
+        "count the pixel as misclassified",
+    )  # fmt: skip
     add_view(parser)
-    add_methods(parser, "all with a map that take the light")
-    add_resolutions(parser, "that of the method")
-    add_parameters(parser)
+    group = parser.add_argument_group("methods, where FILE is a scene")
+    add_methods(group, "all with a map that take the light")
+    add_resolutions(group, "that of the method")
+    add_parameters(group)
     words = "write pictures with the misclassified pixels in red into this folder"
     add_output(parser, words, type=Path, metavar="FOLDER")
 
 
 def _compare(options: argparse.Namespace) -> None:
+    if options.truth is not None:
+        compare_image(options)
+        return
+    if options.scene.lower().endswith(image_files.VISIBILITY_ENDINGS):
+        raise ValueError(f"TRUTH must be an image or a scene to judge {options.scene} by, got none")
     scene, camera, light = view_of(options)
     maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
     methods = [
@@ -194,42 +287,116 @@ def _compare(options: argparse.Namespace) -> None:
     demo.show(demo.evaluate(scene, camera, light, methods, options.output))
 
 
-def _info(_: argparse.Namespace) -> None:
+def _add_info(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "files", nargs="*", type=Path, metavar="FILE",
+        help="tell what made these images instead: .png, .npz or .exr",
+    )  # fmt: skip
+
+
+def _info(options: argparse.Namespace) -> None:
+    for file in options.files:
+        record = image_files.read_metadata(file)
+        print(file)
+        for name, value in record.items():
+            print(f"  {name}: {value if isinstance(value, str) else json.dumps(value)}")
+    if options.files:
+        return
     found = info()
     print(found)
     if found.problem is not None:
         raise DeviceError(found.problem)
 
 
+def _add_completion(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("shell", choices=completion.SHELLS, help="whose words are completed")
+
+
+def _completion(options: argparse.Namespace) -> None:
+    print(completion.script(parser(), options.shell))
+
+
 COMMANDS: Mapping[str, Command] = {
     "render": Command(
-        "Render the shadows of a scene into a picture or an array.", _add_render, _render
+        "Render the shadows of a scene into a picture or an array.",
+        (
+            "lixel render colonnade --method rtw --resolution 2048 -o shadows.png",
+            'lixel render town.glb --camera "8,6,9;0,0,0;50deg" --light 0.5,-1,-0.3 -o a.mask.png',
+            "lixel render town.glb --method cube+notw --set lookup=depth -o layers.exr",
+        ),
+        _add_render,
+        _render,
     ),
     "compare": Command(
-        "Render with methods, and count the pixels that each misclassifies.", _add_compare, _compare
+        "Count the pixels that methods, or an image, misclassify.",
+        (
+            "lixel compare colonnade --method uniform --method notw -o out",
+            "lixel compare mine.npy theirs.npy -o out",
+            "lixel compare shadows.npz town.glb",
+        ),
+        _add_compare,
+        _compare,
     ),
+    "demo": Command.of(demo, "lixel demo --out out"),
     "info": Command(
-        "Tell the CPU engine, adapters, drivers, limits, and which of them is in use.",
-        lambda _: None,
+        "Tell the engines, adapters and drivers, or what made an image.",
+        ("lixel info", "lixel info shadows.png"),
+        _add_info,
         _info,
         renders=False,
     ),
-    "demo": Command.of(demo),
+    "completion": Command(
+        "Print a script by which a shell completes lixel's words.",
+        (
+            "lixel completion bash > ~/.local/share/bash-completion/completions/lixel",
+            "lixel completion zsh > ~/.zfunc/_lixel",
+        ),
+        _add_completion,
+        _completion,
+        renders=False,
+    ),
+    "lab": Command(
+        "Experiments: each measures what the documentation says, and keeps it in a table.",
+        ("lixel lab study colonnade -o times.csv --plot times.png",),
+        lambda _: None,
+        lambda _: None,
+        renders=False,
+    ),
 }
 
+GROUPS = {
+    "shadows, and how wrong they are": ("render", "compare", "demo"),
+    "this machine": ("info", "completion"),
+    "measurements": ("lab",),
+}
+"""The commands in the order of the help."""
+
 LAB: Mapping[str, Command] = {
-    "study": Command.of(study),
-    "peers": Command.of(peers),
-    "papers": Command.of(papers),
-    "rankings": Command.of(rankings),
-    "stress": Command.of(stress, device="gpu"),
+    "study": Command.of(
+        study, "lixel lab study town.glb --method rtw --method notw -o times.csv --plot times.png"
+    ),
+    "peers": Command.of(peers, "lixel lab peers town.glb -o peers.csv"),
+    "papers": Command.of(papers, "lixel lab papers --quick", "lixel lab papers rosen-1 -o out"),
+    "rankings": Command.of(rankings, "lixel lab rankings scenes -o rankings.parquet"),
+    "stress": Command.of(stress, "lixel lab stress --quick --method exact", device="gpu"),
     "culling": Command.of(culling, device="gpu"),
     "flicker": Command.of(flicker, device="gpu"),
-    "accuracy": Command.of(accuracy, device="gpu"),
+    "accuracy": Command.of(
+        accuracy, "lixel lab accuracy scenes --method rtw:lookup=depth -o wrong.csv", device="gpu"
+    ),
     "departures": Command.of(departures, device="gpu"),
     "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
     "calibration": Command.of(calibration, device="gpu"),
-    "sun_hours": Command.of(sun_hours, renders=False),
+    "sun_hours": Command.of(
+        sun_hours, "lixel lab sun_hours --latitude 49 -o hours.png", renders=False
+    ),
 }
 """Each is the module of its name in `lixel.lab`."""
+
+LAB_GROUPS = {
+    "time and error": ("study", "peers", "growth", "accuracy", "calibration"),
+    "what the papers say": ("papers", "rankings", "departures"),
+    "hard views": ("stress", "aligned", "flicker", "culling"),
+    "uses": ("sun_hours",),
+}

@@ -10,7 +10,7 @@ from typing import Any, Literal, SupportsIndex, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _core, image_files
 from .arguments import count, instance
 from .auto import choose, choose_on_cpu
 from .camera import Camera
@@ -146,14 +146,38 @@ class Frame(Receivers):
         return picture
 
     def save(self, path: str | Path) -> None:
-        """Write the picture (`to_image`) to a .png file, or `visibility` to a .npy file.
+        """Write what the ending names, and into all but .npy files what made it.
+
+        Parameters
+        ----------
+        path : path
+            ``.png`` for the picture (`to_image`); ``.mask.png`` for `visibility` in 16 bits of
+            grey, 0 no surface, 1 shadow, 65535 lit; ``.npy`` for `visibility`; ``.npz`` and
+            ``.exr`` for `visibility`, `triangle_id`, `object_id`, `depth` and `normal`.
+            `read_visibility` and `read_metadata` read them; ``.exr`` needs the extra ``exr``.
 
         Raises
         ------
         ValueError
             Another ending.
+        ImportError
+            The package for .exr is missing.
         """
-        display.save(path, self._picture(), self.visibility)
+        image_files.save(path, self._picture, self._layers, self._made_by)
+
+    def _layers(self) -> dict[str, npt.NDArray[Any]]:
+        names = ["visibility", "triangle_id", "object_id"]
+        # Depths and normals are gone once the scene has moved.
+        names += ["depth", "normal"] if self.is_current else []
+        return {name: getattr(self, name) for name in names}
+
+    def _made_by(self) -> dict[str, Any]:
+        return {
+            **super()._made_by(),
+            "method": image_files.method_record(self.method),
+            "device": self.adapter.get("name"),
+            "driver": self.adapter.get("driver"),
+        }
 
     def _picture(self) -> npt.NDArray[np.uint8]:
         # Shading needs the points, and those are gone once the scene has moved.

@@ -93,6 +93,7 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
     materials = ["" if part.material is None else str(part.material) for part in parts]
     scene.materials, scene.material_id = labels_of_parts(materials, counts)
     scene.cameras, scene.lights = contents.cameras, contents.lights
+    scene.name = file.name
     scene.unsupported = tuple(contents.unsupported)
     if scene.unsupported:
         warnings.warn(f"{file.name} is read without {_listed(scene.unsupported)}", stacklevel=2)

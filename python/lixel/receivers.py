@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _core, image_files
 from .camera import Camera
 from .light import Light
 from .scene import Scene
@@ -51,6 +52,11 @@ class Receivers:
                 "the scene's vertices were updated after this was rendered; read position, normal, "
                 "depth and facing before that, or render again"
             )
+
+    def _made_by(self) -> dict[str, Any]:
+        """What files tell of it."""
+        view = (self.scene, self.camera, self.light)
+        return image_files.view_record(*view, is_current=self.is_current)
 
     @cached_property
     def _surface(

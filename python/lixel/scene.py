@@ -55,6 +55,8 @@ class Scene:
         Which of them each triangle is of.
     materials, material_id
         The same of materials, by their names or numbers in the file.
+    name : str
+        Of the file or of the generator, empty for other scenes; files that lixel writes tell it.
     unsupported : tuple of str
         What the file holds and lixel does not render yet, for example ``"point light 'Lamp'"``.
 
@@ -75,6 +77,7 @@ class Scene:
 
     cameras: dict[str, Camera]
     lights: dict[str, Light]
+    name: str
     unsupported: tuple[str, ...]
     objects: tuple[str, ...]
     object_id: npt.NDArray[np.int32]
@@ -111,6 +114,7 @@ class Scene:
         self._generation = 0
         self.cameras = {}
         self.lights = {}
+        self.name = ""
         self.unsupported = ()
 
     @classmethod

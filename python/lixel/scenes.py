@@ -41,6 +41,7 @@ def plane_and_box() -> Scene:
     The plane is 10 x 10 around the origin; the box is 2 wide, high and deep.
     """
     return _scene(
+        "plane_and_box",
         [floor(5.0, 5.0), moved(created("box"), scale=2.0, to=(0.0, 1.0, 0.0))],
         eye=(4.0, 5.0, 8.0),
         target=(0.0, 0.5, 0.0),
@@ -87,6 +88,7 @@ def objects_on_floor(count: int = 256, subdivisions: int = 4, seed: int = 0) -> 
         vertices += (x, -vertices[:, 1].min(), z)
         parts.append((vertices, kind[1]))
     return _scene(
+        "objects_on_floor",
         parts,
         eye=(-0.9 * side, 0.45 * side, 1.05 * side),
         target=(0.0, 0.0, 0.1 * side),
@@ -140,6 +142,7 @@ def colonnade(columns: int = 20, detail: int = 38) -> Scene:
         laid = (1.1 * math.cos(1.3 * i), 1.6 + 0.4 * (i % 2), between)
         parts += [moved(sphere, to=hung), moved(ring, turn=rotation(0.8 * i, 0.9), to=laid)]
     return _scene(
+        "colonnade",
         parts,
         eye=(0.7, 1.5, 3.4),
         target=(-0.3, 1.8, -30.0),
@@ -178,6 +181,7 @@ def city(blocks: int = 24, seed: int = 0) -> Scene:
             width, depth = (width, depth) * random.uniform(0.6, 0.95, 2)
     reach = pitch * blocks
     return _scene(
+        "city",
         parts,
         eye=(-0.42 * reach, 0.28 * reach, 0.52 * reach),
         target=(0.0, 0.0, -0.05 * reach),
@@ -216,6 +220,7 @@ def grass(blades: int = 100_000, seed: int = 0) -> Scene:
     blade = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4], [4, 5, 6]])
     faces = (7 * np.arange(blades)[:, None, None] + blade).reshape(-1, 3)
     return _scene(
+        "grass",
         [floor(side + 1.0, side + 1.0), (vertices, faces)],
         eye=(0.0, 1.3, side + 0.5),
         target=(0.0, 0.1, 2.0),
@@ -250,6 +255,7 @@ def needles(count: int = 2000, seed: int = 0) -> Scene:
         scale = (length / 400.0, length, length / 400.0)
         parts.append(moved((corners, faces), scale=scale, turn=turn, to=(x, 0.0, z)))
     return _scene(
+        "needles",
         parts,
         eye=(0.0, 5.0, 15.0),
         target=(0.0, 0.8, 0.0),
@@ -287,6 +293,7 @@ def terrain(cells: int = 1000, seed: int = 0) -> Scene:
     pair = [[corner, below, right], [right, below, below + cells + 1]]
     faces = np.concatenate([np.column_stack(corners) for corners in pair])
     return _scene(
+        "terrain",
         [(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces)],
         eye=(-0.6 * side, 0.45 * side, 1.3 * side),
         target=(0.0, 0.0, 0.0),
@@ -308,9 +315,10 @@ GENERATORS: Mapping[str, Callable[..., Scene]] = MappingProxyType(
 
 
 def _scene(
-    parts: list[Mesh], *, eye: Point, target: Point, light: Point, yfov: float = 0.9
+    name: str, parts: list[Mesh], *, eye: Point, target: Point, light: Point, yfov: float = 0.9
 ) -> Scene:
     scene = joined(parts)
+    scene.name = name
     scene.cameras["default"] = Camera.look_at(eye, target, yfov=yfov, width=1920, height=1080)
     scene.lights["default"] = DirectionalLight(light)
     return scene

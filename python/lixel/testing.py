@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy.typing as npt
 
+from . import image_files
 from .arguments import real
 from .compare import compare
-from .pictures import display
 from .receivers import Receivers
 from .reference import Reference
 
@@ -73,6 +73,8 @@ def assert_shadows_match(
         f"of {found.covered_count:,} covered"
     )
     if picture is not None:
-        display.save(picture, found.picture(), found.lit)
+        of_view = reference._made_by() if isinstance(reference, Reference) else {}
+        numbers = {"misclassified": count, "covered": found.covered_count}
+        image_files.save_picture(picture, found.picture(), {**of_view, **numbers})
         message += f"; misclassified pixels in red: {picture}"
     raise AssertionError(message)

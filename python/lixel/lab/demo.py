@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import scenes
+from .. import image_files, scenes
 from ..camera import Camera
 from ..compare import compare
 from ..frame import FrameParts, frame_parts, render
@@ -99,6 +99,7 @@ def evaluate(
         frames.append(of_method[len(of_method) // 2])
     status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
+    view = image_files.view_record(scene, camera, light)
     # What ran only once counts for every frame.
     shared = {k: ms for k, ms in first.timings.items() if k not in frames[0].timings}
     rows = []
@@ -108,7 +109,14 @@ def evaluate(
         found = compare(frame.visibility, truth)
         if folder is not None:
             size = "" if resolution is None else f"-{resolution}"
-            display.save(folder / f"{name}{size}.png", found.picture(), frame.visibility)
+            made_by = {
+                **view,
+                "method": image_files.method_record(method),
+                "device": frame.adapter["name"],
+                "driver": frame.adapter["driver"],
+                "misclassified": found.misclassified_count,
+            }
+            image_files.save_picture(folder / f"{name}{size}.png", found.picture(), made_by)
         rows.append(
             {
                 "method": name,

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..arguments import did_you_mean
 from ..camera import Camera
@@ -55,28 +55,33 @@ MORE = "may be given more than once"
 PICTURES = (".png", ".svg", ".pdf")
 """Endings of what matplotlib draws."""
 
+Container: TypeAlias = argparse._ActionsContainer
+"""What takes options: a parser, or a group of one."""
+
 
 # --- Options ---
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
     """`--camera`, `--light`, `--views`, `--up` and `--size`."""
-    parser.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
-    parser.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
-    parser.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
-    parser.add_argument("--up", choices=("y", "z"), default="y", help=UP_HELP)
-    add_size(parser, "the camera's own, or 1920x1080")
+    group = parser.add_argument_group("view")
+    group.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
+    group.add_argument("--light", metavar="LIGHT", help=LIGHT_HELP)
+    group.add_argument("--views", type=Path, metavar="FILE.json", help=VIEWS_HELP)
+    group.add_argument("--up", choices=("y", "z"), default="y", help=UP_HELP)
+    add_size(group, "the camera's own, or 1920x1080")
 
 
 def add_device(parser: argparse.ArgumentParser, default: str | None = None) -> None:
     """`--device`, and what it is where the environment names no device either."""
+    group = parser.add_argument_group("who renders")
     words = default or "a hardware GPU where there is one, else the CPU engine"
-    parser.add_argument(
+    group.add_argument(
         "--device", metavar="NAME",
         help="cpu: the CPU engine; gpu: the best adapter; or a part of an adapter's name; default: "
         f"what {DEVICE_VARIABLE} names, or {words}",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--threads", metavar="N",
         help=f"threads of the CPU engine; default: what {THREADS_VARIABLE} or RAYON_NUM_THREADS "
         "says, or as many as there are cores",
@@ -105,9 +110,7 @@ def device_of(options: argparse.Namespace) -> Iterator[None]:
                 os.environ[name] = text
 
 
-def add_size(
-    parser: argparse.ArgumentParser, words: str, default: tuple[int, int] | None = None
-) -> None:
+def add_size(parser: Container, words: str, default: tuple[int, int] | None = None) -> None:
     """`--size`, and its default in words."""
     parser.add_argument(
         "--size", type=image_size, default=default, metavar="WxH",
@@ -115,7 +118,7 @@ def add_size(
     )  # fmt: skip
 
 
-def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
+def add_methods(parser: Container, default: str = "all") -> None:
     """`--method`, a list."""
     parser.add_argument(
         "--method", action="append", metavar="NAME",
@@ -125,15 +128,16 @@ def add_methods(parser: argparse.ArgumentParser, default: str = "all") -> None:
 
 def add_one_method(parser: argparse.ArgumentParser, resolution: int | None = None) -> None:
     """`--method` and `--resolution`, one of each, and `--set`."""
-    parser.add_argument("--method", default="desired_view", metavar="NAME", help=METHOD_HELP)
-    parser.add_argument(
+    group = parser.add_argument_group("method")
+    group.add_argument("--method", default="desired_view", metavar="NAME", help=METHOD_HELP)
+    group.add_argument(
         "--resolution", type=int, default=resolution, metavar="N",
         help=f"texels along a side of the map; default: {resolution or 'that of the method'}",
     )  # fmt: skip
-    add_parameters(parser)
+    add_parameters(group)
 
 
-def add_resolutions(parser: argparse.ArgumentParser, default: str) -> None:
+def add_resolutions(parser: Container, default: str) -> None:
     """`--resolution`, a list, and its default in words."""
     parser.add_argument(
         "--resolution", action="append", type=int, metavar="N",
@@ -141,7 +145,7 @@ def add_resolutions(parser: argparse.ArgumentParser, default: str) -> None:
     )  # fmt: skip
 
 
-def add_parameters(parser: argparse.ArgumentParser, several: str = "") -> None:
+def add_parameters(parser: Container, several: str = "") -> None:
     """`--set`, a list of names with values."""
     parser.add_argument(
         "--set", dest="parameters", action="append", default=[], type=parameter,

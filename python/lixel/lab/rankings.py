@@ -26,6 +26,7 @@ from ..camera import Camera
 from ..light import DirectionalLight, Light, PointLight
 from ..load import load
 from ..methods import Method
+from ..pictures import plots
 from ..pictures.plots import axes_or_new
 from ..scene import Scene
 from ..scenes import GENERATORS
@@ -159,7 +160,7 @@ def run(options: argparse.Namespace) -> None:
     if options.plot is not None:
         figure = needs("matplotlib.figure", "plot").Figure((6.5, 4.2), layout="constrained")
         plot(table, figure.subplots())
-        figure.savefig(options.plot, dpi=100)
+        plots.save(figure, options.plot, options.line)
 
 
 def _scenes(folder: Path | None) -> Iterator[tuple[str, Scene, Camera]]:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import sys
+import threading
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
@@ -55,6 +58,35 @@ def progress(
         items = list(items)
         total = len(items)
     yield from tqdm(items, desc=label, total=total, initial=done, leave=False, disable=not is_shown)
+
+
+@contextmanager
+def waiting(text: str, patience: float | None = None) -> Iterator[None]:
+    """Says on stderr what is waited for: on a terminal after a second, and for how long already, in
+    a line that goes away; elsewhere once, after ten seconds, or after `patience`."""
+    is_done = threading.Event()
+    is_terminal = sys.stderr.isatty()
+    seconds = patience if patience is not None else 1.0 if is_terminal else 10.0
+
+    def tell() -> None:
+        start = time.monotonic()
+        if is_done.wait(seconds):
+            return
+        if not is_terminal:
+            status(f"{text} ...")
+            return
+        while not is_done.wait(0.2):
+            words = f"{text} ... {time.monotonic() - start:.0f} s"
+            print(f"\r{words}", end="", file=sys.stderr, flush=True)
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        is_done.set()
+        teller.join()
 
 
 def status(text: str) -> None:

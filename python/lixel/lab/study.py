@@ -397,7 +397,7 @@ def run(options: argparse.Namespace) -> None:
     if options.output is not None:
         save(table.assign(command=options.line), options.output)
     if options.plot is not None:
-        _plot(table, options.plot)
+        _plot(table, options.plot, options.line)
     print(as_text(summary(table, parameters)))
     if not table.attrs["complete"]:
         raise KeyboardInterrupt
@@ -421,7 +421,7 @@ def _views_of_options(
     return cameras, lights
 
 
-def _plot(table: pandas.DataFrame, path: Path) -> None:
+def _plot(table: pandas.DataFrame, path: Path, command: str) -> None:
     import matplotlib as mpl
 
     from ..pictures import plots
@@ -429,4 +429,4 @@ def _plot(table: pandas.DataFrame, path: Path) -> None:
     mpl.use("agg")  # no window
     (ax, *_) = plots.time_against_error_by_view(table)
     figure: Any = ax.figure
-    figure.savefig(path, dpi=150)
+    plots.save(figure, path, command, dpi=150)

@@ -14,6 +14,7 @@ from .. import scenes
 from ..arguments import needs
 from ..camera import Camera
 from ..light import DirectionalLight
+from ..pictures import plots
 from ..points import shadows_at
 from ..reference import reference
 from .options import PICTURES, add_output, natural
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
     )
     hours = np.full(seen.covered.shape, np.nan)
     hours[seen.covered] = lit.sum(axis=0, dtype=np.float64) / len(DAYS)
-    _draw(hours, options.output)
+    _draw(hours, options.output, options.line)
 
 
 def suns_of_year(latitude: float) -> list[DirectionalLight]:
@@ -85,11 +86,11 @@ def suns_of_year(latitude: float) -> list[DirectionalLight]:
     return suns
 
 
-def _draw(hours: npt.NDArray[np.float64], path: Path) -> None:
+def _draw(hours: npt.NDArray[np.float64], path: Path, command: str) -> None:
     figure = needs("matplotlib.figure", "plot").Figure((8, 7), layout="constrained")
     axes = figure.subplots()
     image = axes.imshow(hours, cmap="inferno", interpolation="none")
     axes.set_axis_off()
     axes.set_title("Hours of sun on an average day of the year")
     figure.colorbar(image, shrink=0.8)
-    figure.savefig(path, dpi=72)
+    plots.save(figure, path, command, dpi=72)

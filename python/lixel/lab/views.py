@@ -19,6 +19,7 @@ from ..light import DirectionalLight, Light, PointLight, SpotLight
 from ..load import FORMATS, Up, load
 from ..scene import Scene
 from ..scenes import GENERATORS
+from .report import waiting
 
 SIZE = (1920, 1080)
 """Pixels of a camera that says nothing of its image."""
@@ -149,9 +150,11 @@ def scene_and_views(name: str, file: Path | None, up: Up = "y") -> tuple[Scene, 
     if name in GENERATORS:
         if up != "y":
             raise ValueError(f"--up {up} is for files: {name} has its own axes")
-        scene = GENERATORS[name]()
+        with waiting(f"making {name}"):
+            scene = GENERATORS[name]()
     elif Path(name).suffix or Path(name).exists():
-        scene = load(name, up=up)
+        with waiting(f"loading {Path(name).name}"):
+            scene = load(name, up=up)
     else:
         raise ValueError(
             f"scene must be a file ({', '.join(FORMATS)}) or one of {', '.join(GENERATORS)}, "

@@ -6,7 +6,6 @@ import base64
 import html
 import io
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -24,25 +23,18 @@ def shadow_picture(visibility: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]
     return np.asarray((mix + 0.5).astype(np.uint8))
 
 
-def png_bytes(picture: npt.NDArray[np.uint8]) -> bytes:
-    """The picture as a PNG file."""
-    from PIL import Image
+def png_bytes(
+    picture: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], text: Mapping[str, str] | None = None
+) -> bytes:
+    """The picture as a PNG file, of 16 bits where it has them, with chunks of text by keys."""
+    from PIL import Image, PngImagePlugin
 
+    chunks = PngImagePlugin.PngInfo()
+    for key, words in (text or {}).items():
+        chunks.add_itxt(key, words)
     stream = io.BytesIO()
-    Image.fromarray(picture).save(stream, format="png")
+    Image.fromarray(picture).save(stream, format="png", pnginfo=chunks)
     return stream.getvalue()
-
-
-def save(path: str | Path, picture: npt.NDArray[np.uint8], values: npt.NDArray[np.generic]) -> None:
-    """The picture to a .png file, or the values to a .npy file."""
-    target = Path(path)
-    suffix = target.suffix.lower()
-    if suffix == ".png":
-        target.write_bytes(png_bytes(picture))
-    elif suffix == ".npy":
-        np.save(target, values)
-    else:
-        raise ValueError(f"path must end in .png or .npy, got {str(path)!r}")
 
 
 def html_figure(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +18,12 @@ import numpy.typing as npt
 from ..arguments import needs
 from ..compare import FALSE_LIT, FALSE_SHADOW, Comparison
 from ..frame import Frame
+from ..image_files import chunks
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Okabe and Ito's colours, told apart by every kind of eye.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8A8A00")
@@ -301,6 +304,12 @@ def pareto_front(time: npt.ArrayLike, error: npt.ArrayLike) -> npt.NDArray[np.bo
         no_worse = (times <= times[i]) & (errors <= errors[i])
         on_front[i] = not (no_worse & ((times < times[i]) | (errors < errors[i]))).any()
     return on_front
+
+
+def save(figure: Figure, path: str | Path, command: str, dpi: int = 100) -> None:
+    """Write a figure; a .png file tells the command that drew it, see `lixel.read_metadata`."""
+    is_png = Path(path).suffix.lower() == ".png"
+    figure.savefig(path, dpi=dpi, metadata=chunks({"command": command}) if is_png else None)
 
 
 # --- What they share ---

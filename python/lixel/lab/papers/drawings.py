@@ -20,7 +20,7 @@ from ...compare import Comparison, compare
 from ...frame import Frame, render
 from ...light import DirectionalLight, HemisphereLight, Light, PointLight
 from ...methods import Method
-from ...pictures import warp_plots
+from ...pictures import plots, warp_plots
 from ...pictures.display import shadow_picture
 from ...reference import Reference, reference
 from ...scene import Scene
@@ -402,7 +402,7 @@ def draw(names: Sequence[str], folder: Path, *, quick: bool = False) -> list[Pat
                     ax.set_title(panel[0], fontsize="small")
         figure.suptitle(name)
         paths.append(folder / f"{name}.png")
-        figure.savefig(paths[-1], dpi=120)
+        plots.save(figure, paths[-1], f"lixel lab papers --figures {name}", dpi=120)
     for name, reason in LEFT_OUT.items():
         print(f"left out: {name}, because {reason}")
     return paths
