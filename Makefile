@@ -1,4 +1,4 @@
-# make demo     build, render, write pictures into out/, print a table
+# make demo     say what will be installed, build, render, write pictures into out/, print a table
 # make test     build and run the tests; LIXEL_DEVICE=gpu make test runs those of the shaders, too
 # make lint     formatting, lints and types
 # make fmt      format everything
@@ -20,11 +20,18 @@ export VIRTUAL_ENV := $(VENV)
 unexport CONDA_PREFIX
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test coverage lint fmt docs wheel clean setup setup-test build
+.PHONY: demo announce test coverage lint fmt docs wheel clean setup setup-test build
 .NOTPARALLEL:
 
-demo: setup $(VENV)/.installed build
+demo: announce setup $(VENV)/.installed build
 	$(BIN)/lixel demo --out $(OUT)
+
+announce:
+	@echo "make demo installs"
+	@echo "  for the system: $$(PYTHON=$(PYTHON) .ci/setup build list)"
+	@echo "  into $(VENV): maturin and lixel, with the Python packages that pyproject.toml names"
+	@echo "  into $(CURDIR)/target: what cargo builds, with the crates that Cargo.lock names"
+	@echo "and writes pictures into $(OUT)/. make clean removes all but what the system got."
 
 test: export LIXEL_DEVICE := $(or $(LIXEL_DEVICE),cpu)
 test: setup-test $(VENV)/.installed-test build

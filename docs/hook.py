@@ -57,7 +57,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, method in lx.METHODS.items():
         add(f"methods/{name}.md", method_page(name, method))
         add(f"methods/{name}.png", figure(method))
-    picture = Path(__file__).parent / "time_against_error.png"
+    folder = Path(__file__).parent
+    add("side_by_side.png", (folder / "side_by_side.png").read_bytes())
+    picture = folder / "time_against_error.png"
     if picture.exists():
         add("methods/time_against_error.png", picture.read_bytes())
     add("api.md", api_page(files.src_uris["api.md"].content_string))

@@ -1,22 +1,33 @@
 """The tables in prose, made from the files of `docs/results`.
 
 What stands in a page between ``<!-- NAME -->`` and ``<!-- /NAME -->`` is what `BLOCKS[NAME]`
-returns. `python docs/tables.py` writes all of them; a test fails where one is out of date.
+returns. `python docs/tables.py` writes all of them, and draws the README's plot; a test fails where
+a table is out of date.
 """
 
 from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import pandas as pd
 
 from lixel import _core, auto
-from lixel.lab import accuracy, aligned as aligned_lights, calibration, hard_views, rankings, stress
+from lixel.lab import (
+    accuracy,
+    aligned as aligned_lights,
+    calibration,
+    departures,
+    hard_views,
+    rankings,
+    stress,
+)
 from lixel.lab.result_tables import read
+from lixel.pictures import plots
 
 DOCS = Path(__file__).parent
 RESULTS = DOCS / "results"
@@ -72,6 +83,53 @@ def demo(light: int) -> str:
     )
 
 
+def gain_of_exact_rasterization() -> str:
+    table = read(RESULTS / "departures" / "llvmpipe.parquet")
+    rows = departures.summary(table).query("departure == 'rasterization'").set_index("method")
+    names = ("notw", "min_sm+notw", "cube+notw")
+    return (
+        f"As published but for this, {_times(names, rows['median ratio'])} times\n"
+        f"as many pixels, the median of {rows['views'].max()} views."
+    )
+
+
+def gain_of_the_lookup() -> str:
+    table = by_lookup(read(RESULTS / "accuracy" / "directional.parquet"))
+    wrong = table.pivot_table(
+        index="method", columns="lookup", values="misclassified", aggfunc="sum"
+    )
+    views = table.groupby(["scene", "camera", "light"]).ngroups
+    shares = _times(("desired_view", "rtw", "notw"), wrong["auto"] / wrong["depth"])
+    return (
+        f"In {views} views of {table['scene'].nunique()} scenes, maps of 512²,\n"
+        f"{shares} times as many pixels as with depths alone."
+    )
+
+
+def _times(names: Sequence[str], shares: pd.Series[float]) -> str:
+    first, *others = (f"`{name}` {shares[name]:.2f}" for name in names)
+    words = [first.replace("` ", "` misclassifies "), *others]
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def lights_around() -> str:
+    table = by_lookup(read(RESULTS / "accuracy" / "point.parquet")).query("lookup == 'auto'")
+    sums = table.groupby("method")[["misclassified", "covered"]].sum()
+    percent = 100 * sums["misclassified"] / sums["covered"]
+    views = table.groupby(["scene", "camera", "light"]).ngroups
+    return (
+        f"Around a point light, in {views} views, `cube` misclassifies {percent['cube']:.2f} %\n"
+        f"of the pixels and `cube+notw` {percent['cube+notw']:.2f} %."
+    )
+
+
+def ties() -> str:
+    table = read(RESULTS / "accuracy" / "480x270.parquet")
+    all_views = accuracy.summary(table).query("scene == 'all'").iloc[0]
+    share = all_views["ties"] / all_views["covered"]
+    return f"In the {all_views['views']} views above these are {100 * share:.2f} % of the pixels."
+
+
 def exact_views() -> str:
     table = read(RESULTS / "accuracy" / "480x270.parquet")
     sums = accuracy.summary(table).query("scene == 'all'").set_index("method")
@@ -89,7 +147,7 @@ def cost_of_warps() -> str:
     ratios = {name: ms[name] / ms["desired_view"] for name in ("notw", "rtw")}
     words = [f"`{n}` takes {r.min():.1f} to {r.max():.1f} times" for n, r in ratios.items()]
     return (
-        f"In the picture above the shadow map pass of {' and that of '.join(words)}\n"
+        f"In the plot above the shadow map pass of {' and that of '.join(words)}\n"
         "as long as that of `desired_view`."
     )
 
@@ -426,6 +484,10 @@ def ranked(part: str) -> str:
 BLOCKS: dict[str, Callable[[], str]] = {
     "demo, directional light": lambda: demo(0),
     "demo, point light": lambda: demo(1),
+    "gain of exact rasterization": gain_of_exact_rasterization,
+    "gain of the lookup": gain_of_the_lookup,
+    "lights around": lights_around,
+    "share of ties": ties,
     "exact in all views": exact_views,
     "cost of warps": cost_of_warps,
     "files": files,
@@ -471,7 +533,21 @@ def filled(text: str) -> str:
     )
 
 
+def draw() -> None:
+    """The README's plot of time against error, with the other renderers where they were measured in
+    the same view."""
+    table, peers = (read(RESULTS / f"{name}-llvmpipe.csv") for name in ("sponza", "peers/sponza"))
+    size = ["width", "height"]
+    is_same_view = table[size].drop_duplicates().equals(peers[size].drop_duplicates())
+    beside: dict[str, Any] = {"peers": peers, "time": "wall_ms"} if is_same_view else {}
+    (ax,) = plots.time_against_error_by_view(table, **beside)
+    figure: Any = ax.figure
+    plots.save(figure, DOCS / "time_against_error.png", table.attrs["command"], dpi=150)
+
+
 def main() -> None:
+    mpl.use("agg")  # no window
+    draw()
     for page in PAGES:
         page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
 

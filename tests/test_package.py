@@ -7,6 +7,7 @@ import importlib
 import inspect
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 import tarfile
@@ -69,6 +70,20 @@ def test_the_source_distribution_is_small_and_has_no_results(tmp_path):
     assert {"Cargo.lock", "pyproject.toml", "README.md", "src/lib.rs"} <= names
     assert {p.relative_to(ROOT).as_posix() for p in (ROOT / "shaders").rglob("*.wgsl")} <= names
     assert not [name for name in names if name.startswith(("docs/", "notebooks/", "tests/"))]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="make and apt are Linux's")
+def test_make_demo_says_what_it_installs_before_it_does():
+    dry = subprocess.run(
+        ["make", "--dry-run", "demo"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert dry.stdout.index("make demo installs") < dry.stdout.index(".ci/setup\n")
+    said = subprocess.run(
+        ["make", "announce"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    assert re.search(r"^  for the system: (nothing|[a-z0-9 .-]+)$", said, re.M)
+    for words in (".venv: maturin and lixel", "target: what cargo builds", "pictures into out/"):
+        assert words in said
 
 
 def test_info_is_readable():

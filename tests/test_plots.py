@@ -47,6 +47,40 @@ def test_time_against_error_shows_every_case_and_the_front(table):
     assert ax.get_xlabel() == "time of all passes, ms"
 
 
+def test_many_series_are_named_beside_the_axes(table):
+    many = pd.concat([table.assign(method=f"method {i}") for i in range(7)], ignore_index=True)
+    many["gpu_ms"] *= 1.1 ** many["method"].str[-1].astype(int)
+    ax = plots.time_against_error(many)
+    assert ax.get_legend() is None
+    names = [text for text in ax.texts if text.get_text().startswith("method")]
+    assert sorted(text.get_text() for text in names) == [f"method {i}" for i in range(7)]
+    heights = sorted(text.xyann[1] for text in ax.texts)
+    assert min(np.diff(heights)) > 0.03  # none over another
+    assert 0.0 <= heights[0] < heights[-1] <= 1.0
+    # Those that never are on the front are grey.
+    colours = {text.get_text(): text.arrow_patch.get_edgecolor() for text in names}
+    grey = mpl.colors.to_rgba("0.55")
+    assert [name for name, colour in sorted(colours.items()) if colour != grey] == ["method 0"]
+    assert ax.get_xlabel().endswith("along each line: resolution of the map, texels, 256, 512")
+
+
+def test_other_renderers_are_marks(table):
+    peers = pd.DataFrame(
+        {
+            "renderer": ["lixel desired_view 2048", "Mitsuba 3", "Warp"],
+            "ms, median": [1.0, 0.5, 9.0],
+            "misclassified": [5, 3, 4000],
+            "scene": "city",
+        }
+    )
+    ax = plots.time_against_error(table, peers=peers)
+    (marks,) = (line for line in ax.lines if line.get_label() == "other renderers")
+    assert marks.get_xydata().tolist() == [[0.5, 3], [9.0, 4000]]
+    assert ax.get_ylim()[1] > 4000
+    with pytest.raises(ValueError, match=r"peers must be of the table's scene, {'city'}, got {'to"):
+        plots.time_against_error(table, peers=peers.assign(scene="town"))
+
+
 def test_a_method_without_a_resolution_has_no_label(table):
     table.loc[3, "resolution"] = np.nan
     assert [text.get_text() for text in plots.time_against_error(table).texts] == [

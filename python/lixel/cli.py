@@ -32,6 +32,7 @@ from .lab import (
     papers,
     peers,
     rankings,
+    side_by_side,
     stress,
     study,
     sun_hours,
@@ -388,6 +389,9 @@ LAB: Mapping[str, Command] = {
     "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
     "calibration": Command.of(calibration, device="gpu"),
+    "side_by_side": Command.of(
+        side_by_side, "lixel lab side_by_side colonnade --resolution 256 -o side_by_side.png"
+    ),
     "sun_hours": Command.of(
         sun_hours, "lixel lab sun_hours --latitude 49 -o hours.png", renders=False
     ),
@@ -398,5 +402,5 @@ LAB_GROUPS = {
     "time and error": ("study", "peers", "growth", "accuracy", "calibration"),
     "what the papers say": ("papers", "rankings", "departures"),
     "hard views": ("stress", "aligned", "flicker", "culling"),
-    "uses": ("sun_hours",),
+    "pictures": ("side_by_side", "sun_hours"),
 }

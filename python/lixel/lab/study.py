@@ -33,7 +33,7 @@ from .options import (
     path_ending_in,
 )
 from .report import progress as show_progress, status, table as as_text
-from .result_tables import save
+from .result_tables import read, save
 from .samples import Journal, Record, sample
 from .views import scene_and_views
 
@@ -360,6 +360,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plot", type=path_ending_in(*PICTURES), metavar="FILE",
         help="picture of time against error with the Pareto front, .png, .svg or .pdf",
     )  # fmt: skip
+    parser.add_argument(
+        "--peers", type=Path, metavar="TABLE",
+        help="of `lixel lab peers` in the same view: its renderers are marks in the picture, and "
+        "times are those of whole frames",
+    )  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> None:
@@ -397,7 +402,7 @@ def run(options: argparse.Namespace) -> None:
     if options.output is not None:
         save(table.assign(command=options.line), options.output)
     if options.plot is not None:
-        _plot(table, options.plot, options.line)
+        _plot(table, options)
     print(as_text(summary(table, parameters)))
     if not table.attrs["complete"]:
         raise KeyboardInterrupt
@@ -421,12 +426,15 @@ def _views_of_options(
     return cameras, lights
 
 
-def _plot(table: pandas.DataFrame, path: Path, command: str) -> None:
+def _plot(table: pandas.DataFrame, options: argparse.Namespace) -> None:
     import matplotlib as mpl
 
     from ..pictures import plots
 
     mpl.use("agg")  # no window
-    (ax, *_) = plots.time_against_error_by_view(table)
+    beside = {}
+    if options.peers is not None:
+        beside = {"peers": read(options.peers), "time": "wall_ms"}
+    (ax, *_) = plots.time_against_error_by_view(table, **beside)
     figure: Any = ax.figure
-    plots.save(figure, path, command, dpi=150)
+    plots.save(figure, options.plot, options.line, dpi=150)

@@ -8,9 +8,9 @@ matplotlib is in the extra ``plot``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -53,10 +53,13 @@ def time_against_error(
     error: str = "misclassified_count",
     by: str | Sequence[str] = "method",
     label: str | None = "resolution",
+    peers: pandas.DataFrame | None = None,
 ) -> Axes:
     """The time of each method against what it misclassifies; both axes are logarithmic.
 
     Cases that no other beats in both are joined by the Pareto front. Bars are quartiles of time.
+    More than six series are named beside the axes, each by a line to its end, and those that are
+    never on the front are grey.
 
     Parameters
     ----------
@@ -68,49 +71,113 @@ def time_against_error(
     by : str or sequence of str
         Columns whose values make a series.
     label : str or None
-        Column that is written beside the points, those of the front alone where there are more than
-        six series; None: nothing.
+        Column that is written beside the points; where there are more than six series its values
+        are told once. None: nothing.
+    peers : pandas.DataFrame, optional
+        Other renderers in the same view, from ``lixel lab peers``, as marks with their names. Their
+        times are of whole frames: compare them with ``time="wall_ms"``.
 
     Raises
     ------
     ValueError
-        A column that is not there, or a table of several views.
+        A column that is not there, a table of several views, or peers of another view.
     """
     table = _one_view(table, time, error, *_listed(by), *_listed(label))
     is_crowded = len(table[_listed(by)].drop_duplicates()) > _FEW
     ax = axes_or_new(ax)
     ax.set_xscale("log")
-    _scale_errors(ax, table[error])
+    others = None if peers is None else _peers_of(table, peers)
+    theirs = [] if others is None else others["misclassified"].tolist()
+    _scale_errors(ax, table[error].tolist() + theirs)
     front = table[pareto_front(table[time], table[error])].sort_values(time)
     ax.plot(
         front[time], front[error], color="0.75", linewidth=5, zorder=1, label="Pareto front",
         solid_capstyle="round", drawstyle="steps-post",
     )  # fmt: skip
+    ends: list[_End] = []
     for style, name, rows in _series(table, _listed(by)):
         rows = rows.sort_values(label or error)
+        if is_crowded and not rows.index.isin(front.index).any():
+            style |= {"color": "0.55", "linewidth": 0.9, "markersize": 4, "zorder": 1.5}
         ax.plot(rows[time], rows[error], label=name, **style)
+        ends.append((rows[time].iloc[-1], rows[error].iloc[-1], name, style["color"]))
         if f"{time}_q1" in rows:
             ax.hlines(
                 rows[error], rows[f"{time}_q1"], rows[f"{time}_q3"], color=style["color"], alpha=0.6
             )
-        if label is not None:
+        if label is not None and not is_crowded:
             # A method without a map has no resolution.
             named = rows.dropna(subset=[label])
-            if is_crowded:
-                named = named[named.index.isin(front.index)]
             for x, y, text in zip(named[time], named[error], named[label], strict=True):
                 ax.annotate(
                     _text(text), (x, y), xytext=(5, 4), textcoords="offset points",
                     fontsize="x-small", color="0.25",
                 )  # fmt: skip
+    if others is not None:
+        ends += _draw_peers(ax, others)
     _finish(ax, time, error)
-    ax.legend(fontsize="small", **(_BESIDE if is_crowded else {}))
+    if is_crowded:
+        _name_ends(ax, [*ends, (*_middle(front, time, error), "Pareto front", "0.6")])
+        if label is not None:
+            steps = ", ".join(map(_text, sorted(table[label].dropna().unique())))
+            words = f"along each line: {NAMES.get(label, label)}, {steps}"
+            ax.set_xlabel(f"{ax.get_xlabel()}\n{words}")
+    else:
+        ax.legend(fontsize="small")
     return ax
+
+
+_End: TypeAlias = tuple[float, float, str, str]
+"""Where a series ends, its name and its colour."""
+
+
+def _peers_of(table: pandas.DataFrame, peers: pandas.DataFrame) -> pandas.DataFrame:
+    """Those that are not lixel, of the view of the table."""
+    for name in ("scene", "width", "height"):
+        ours, theirs = set(table.get(name, ())), set(peers.get(name, ()))
+        if ours and theirs and ours != theirs:
+            raise ValueError(f"peers must be of the table's {name}, {ours}, got {theirs}")
+    return peers[~peers["renderer"].str.startswith("lixel ")]
+
+
+def _draw_peers(ax: Axes, peers: pandas.DataFrame) -> list[_End]:
+    times, errors, names = (peers[name] for name in ("ms, median", "misclassified", "renderer"))
+    ax.plot(times, errors, "*", color="black", markersize=9, label="other renderers")
+    return [(x, y, name, "black") for x, y, name in zip(times, errors, names, strict=True)]
+
+
+def _middle(front: pandas.DataFrame, time: str, error: str) -> tuple[float, float]:
+    """A place on the front, between the last two of its cases."""
+    return float(front[time].iloc[-1]), float(front[error].iloc[-2:].mean())
+
+
+def _name_ends(ax: Axes, ends: Sequence[_End]) -> None:
+    """Names right of the axes, from top to bottom as the series end, with a thin line to each."""
+    places = ax.transAxes.inverted().transform(ax.transData.transform([end[:2] for end in ends]))
+    order = sorted(range(len(ends)), key=lambda i: (-places[i, 1], places[i, 0]))
+    gap = min(0.05, 1.0 / max(len(ends) - 1, 1))
+    heights = [float(places[i, 1]) for i in order]
+    for i in range(1, len(heights)):
+        heights[i] = min(heights[i], heights[i - 1] - gap)
+    # What hangs below the axes pushes up what is above it.
+    lowest = 0.0
+    for i in reversed(range(len(heights))):
+        heights[i] = max(heights[i], lowest)
+        lowest = heights[i] + gap
+    for height, i in zip(heights, order, strict=True):
+        x, y, name, colour = ends[i]
+        ax.annotate(
+            name, (x, y), xytext=(1.03, height), textcoords="axes fraction", va="center",
+            fontsize="small", color="0.25" if colour == "0.55" else colour,
+            arrowprops={
+                "arrowstyle": "-", "color": colour, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 3,
+                "relpos": (0.0, 0.5),
+            },
+        )  # fmt: skip
 
 
 # Series that a legend and labels leave room for inside the axes.
 _FEW = 6
-_BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
 
 
 def time_against_error_by_view(table: pandas.DataFrame, **options: Any) -> list[Axes]:
@@ -131,7 +198,7 @@ def time_against_error_by_view(table: pandas.DataFrame, **options: Any) -> list[
     differing = [name for name in ("scene", "camera", "light") if table[name].nunique() > 1]
     views = list(table.groupby(differing, sort=False)) if differing else [((), table)]
     _, axes = needs("matplotlib.pyplot", "plot").subplots(
-        1, len(views), figsize=(6.4 * len(views), 4.8), layout="constrained", squeeze=False
+        1, len(views), figsize=(7.2 * len(views), 4.8), layout="constrained", squeeze=False
     )
     for ax, (names, rows) in zip(axes.flat, views, strict=True):
         time_against_error(rows, ax, **options)
@@ -385,15 +452,16 @@ def _series(
         yield style, " ".join(_text(v) for v in (key if isinstance(key, tuple) else (key,))), rows
 
 
-def _scale_errors(ax: Axes, errors: pandas.Series) -> None:
+def _scale_errors(ax: Axes, errors: Iterable[float]) -> None:
     """Logarithmic; linear below the least error where some have none, so that zero has a place."""
-    positive = errors[errors > 0]
-    if (errors > 0).all():
+    known = [float(error) for error in errors if error == error]
+    positive = [error for error in known if error > 0]
+    if len(positive) == len(known):
         ax.set_yscale("log")
-    elif len(positive):
-        least = float(positive.min())
+    elif positive:
+        least, most = min(positive), max(positive)
         ax.set_yscale("symlog", linthresh=least)
-        ax.set_ylim(-0.1 * least, 2.0 * float(positive.max()))
+        ax.set_ylim(-0.1 * least, 2.0 * most)
         ticks = [10.0**n for n in range(math.floor(math.log10(least)), 12) if 10.0**n >= least]
-        ax.set_yticks([0.0, *(tick for tick in ticks if tick <= positive.max())])
+        ax.set_yticks([0.0, *(tick for tick in ticks if tick <= most)])
         ax.yaxis.set_major_formatter(needs("matplotlib.ticker", "plot").StrMethodFormatter("{x:g}"))
