@@ -36,6 +36,7 @@ from .lab import (
     stress,
     study,
     sun_hours,
+    viewer,
 )
 from .lab.image_comparison import compare_image
 from .lab.options import (
@@ -338,6 +339,7 @@ COMMANDS: Mapping[str, Command] = {
         _add_compare,
         _compare,
     ),
+    "view": Command.of(viewer, "lixel view colonnade", "lixel view town.glb --no-browser"),
     "demo": Command.of(demo, "lixel demo --out out"),
     "info": Command(
         "Tell the engines, adapters and drivers, or what made an image.",
@@ -366,7 +368,7 @@ COMMANDS: Mapping[str, Command] = {
 }
 
 GROUPS = {
-    "shadows, and how wrong they are": ("render", "compare", "demo"),
+    "shadows, and how wrong they are": ("render", "compare", "view", "demo"),
     "this machine": ("info", "completion"),
     "measurements": ("lab",),
 }

@@ -255,11 +255,16 @@ def view_record(
             "sha256": digest.hexdigest() if is_current else None,
         },
         "camera": {name: value for name, value in of_camera.items() if value is not None},
-        "light": {
-            "kind": type(light).__name__,
-            **dict(zip(light._fields, light._values(), strict=True)),
-            **light._options(),
-        },
+        "light": light_record(light),
+    }
+
+
+def light_record(light: Light) -> dict[str, Any]:
+    """A light by its kind and parameters."""
+    return {
+        "kind": type(light).__name__,
+        **dict(zip(light._fields, light._values(), strict=True)),
+        **light._options(),
     }
 
 

@@ -11,8 +11,6 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..arguments import needs
 from ..camera import Camera
 from ..compare import FALSE_LIT, FALSE_SHADOW, Comparison, compare
@@ -20,10 +18,9 @@ from ..frame import Frame, render
 from ..light import Light
 from ..methods import Method
 from ..pictures import plots
-from ..pictures.warp_plots import receiver_places
+from ..pictures.warp_plots import grid_lines, receiver_places, unwarped_depths
 from ..reference import reference
 from ..scene import Scene
-from ..warps import unwarp_points, warp_points
 from .options import (
     DEFAULT_SCENE,
     PICTURES,
@@ -111,27 +108,16 @@ def _draw_view(frame: Frame, found: Comparison, ax: Axes) -> None:
 
 def _draw_map(frame: Frame, ax: Axes) -> None:
     """The first layer's depths at their places before the warp, near light, and the grid."""
-    warp = frame.warp_map[0] if len(frame.warp_map) else None
-    depths = np.ma.masked_equal(frame.shadow_map[0], 1.0)
-    if warp is not None:
-        side = 2 * len(depths)
-        centres = (np.arange(side) + 0.5) / side
-        places = warp_points(warp, np.stack(np.meshgrid(centres, centres), axis=-1).reshape(-1, 2))
-        column, row = np.minimum(places * len(depths), len(depths) - 1).astype(int).T
-        depths = depths[row, column].reshape(side, side)
+    depths = unwarped_depths(frame)
     low, high = float(depths.min()), float(depths.max())
     # No darker than what the lines can be seen on.
     ax.imshow(
         depths, extent=(0, 1, 1, 0), cmap="gray_r", vmin=low, vmax=2.2 * high - 1.2 * low,
         interpolation="nearest",
     )  # fmt: skip
-    along = np.linspace(0, 1, 513)
-    for place in np.linspace(0, 1, LINES):
-        across = np.full_like(along, place)
-        for points in ((across, along), (along, across)):
-            lines = np.stack(points, axis=1)
-            x, y = (lines if warp is None else unwarp_points(warp, lines)).T
-            ax.plot(x, y, color="#0072B2", linewidth=0.6)
+    warp = frame.warp_map[0] if len(frame.warp_map) else None
+    for line in grid_lines(warp, LINES):
+        ax.plot(*line.T, color="#0072B2", linewidth=0.6)
 
 
 def _draw_pixels(frame: Frame, ax: Axes) -> None:

@@ -7,7 +7,7 @@ matplotlib is in the extra ``plot``.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,15 @@ from .plots import axes_or_new
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+class _Maps(Protocol):
+    """What a frame has, and what was asked of one alone."""
+
+    @property
+    def shadow_map(self) -> Any: ...
+    @property
+    def warp_map(self) -> Any: ...
 
 
 def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
@@ -65,14 +74,37 @@ def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: in
     lines = count("lines", lines, least=2)
     ax = axes_or_new(ax)
     ax.imshow(frame.importance_map[layer] > 0, extent=(0, 1, 1, 0), cmap="Greys", vmin=0, vmax=4)
+    for line in grid_lines(frame.warp_map[layer], lines):
+        ax.plot(*line.T, color="#0072B2", linewidth=0.5)
+    ax.set(xlim=(0, 1), ylim=(1, 0), aspect="equal", title="texels of the warp")
+    return ax
+
+
+def grid_lines(warp: npt.NDArray[Any] | None, lines: int) -> list[npt.NDArray[np.float64]]:
+    """Those of a regular grid of texels, `lines` along each axis, as points (n, 2) before the warp;
+    straight without one."""
     along = np.linspace(0, 1, 513)
+    found = []
     for place in np.linspace(0, 1, lines):
         across = np.full_like(along, place)
         for points in ((across, along), (along, across)):
-            x, y = unwarp_points(frame.warp_map[layer], np.stack(points, axis=1)).T
-            ax.plot(x, y, color="#0072B2", linewidth=0.5)
-    ax.set(xlim=(0, 1), ylim=(1, 0), aspect="equal", title="texels of the warp")
-    return ax
+            line = np.stack(points, axis=1)
+            found.append(line[[0, -1]] if warp is None else unwarp_points(warp, line))
+    return found
+
+
+def unwarped_depths(frame: _Maps, layer: int = 0) -> np.ma.MaskedArray[Any, Any]:
+    """What a layer's map holds at places before the warp; texels without a caster are masked."""
+    depths: np.ma.MaskedArray[Any, Any] = np.ma.masked_equal(frame.shadow_map[layer], 1.0)
+    if not len(frame.warp_map):
+        return depths
+    # Finer than the map: the warp has made some of its texels narrow.
+    side = 2 * len(depths)
+    centres = (np.arange(side) + 0.5) / side
+    places = np.stack(np.meshgrid(centres, centres), axis=-1).reshape(-1, 2)
+    texels = warp_points(frame.warp_map[layer], places) * len(depths)
+    column, row = np.minimum(texels, len(depths) - 1).astype(int).T
+    return depths[row, column].reshape(side, side)  # type: ignore[no-any-return]
 
 
 def receiver_counts(
