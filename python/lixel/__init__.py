@@ -39,6 +39,7 @@ from . import scenes
 from ._core import DeviceError, __version__, clear_cache
 from .camera import Camera
 from .compare import Comparison, compare
+from .coverage import Coverage, CoverageComparison, coverage
 from .fractions import ShadowFractions, shadow_fractions
 from .frame import Frame, render, render_shadows
 from .image_files import read_metadata, read_visibility
@@ -84,6 +85,8 @@ __all__ = [
     "Camera",
     "Cascades",
     "Comparison",
+    "Coverage",
+    "CoverageComparison",
     "Cube",
     "DesiredView",
     "DeviceError",
@@ -117,6 +120,7 @@ __all__ = [
     "__version__",
     "clear_cache",
     "compare",
+    "coverage",
     "importance_map",
     "info",
     "load",

@@ -6,12 +6,14 @@ import math
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import REAL, array_of
+from .coverage import Coverage, CoverageComparison, compare_shares
+from .likeness import structural_similarity
 from .pictures import display
 from .receivers import Receivers
 from .reference import Reference
@@ -161,15 +163,7 @@ class Comparison:
     def ssim(self) -> float:
         """Structural similarity of the two pictures, lit 1 and shadow 0, the background 1 in both;
         1 where they are equal. NaN for images smaller than 3 x 3."""
-        from skimage import metrics
-
-        # The usual window is 7; smaller images take the largest odd one that fits.
-        window = min(7, *((side - 1) // 2 * 2 + 1 for side in self.lit.shape))
-        if window < 3:
-            return math.nan
-        pictures = (mask.astype(np.float32) for mask in (self.lit, self.expected))
-        similarity: Any = metrics.structural_similarity  # untyped
-        return float(similarity(*pictures, data_range=1.0, win_size=window))
+        return structural_similarity(self.lit, self.expected)
 
     @property
     def hausdorff(self) -> float:
@@ -252,27 +246,44 @@ class Comparison:
         return display.html_figure(self.picture(), self.as_dict().items(), str(self))
 
 
+@overload
+def compare(
+    visibility: npt.ArrayLike | Receivers | Coverage, reference: Coverage
+) -> CoverageComparison: ...
+
+
+@overload
 def compare(
     visibility: npt.ArrayLike | Receivers,
     reference: Reference | npt.ArrayLike,
     *,
     other_surfaces: Literal["refuse", "count"] = "refuse",
-) -> Comparison:
+) -> Comparison: ...
+
+
+def compare(
+    visibility: npt.ArrayLike | Receivers | Coverage,
+    reference: Reference | Coverage | npt.ArrayLike,
+    *,
+    other_surfaces: Literal["refuse", "count"] = "refuse",
+) -> Comparison | CoverageComparison:
     """Count the misclassified pixels of a visibility image.
 
     Parameters
     ----------
-    visibility : (H, W) float, or Frame
+    visibility : (H, W) float, Frame, or Coverage
         Values in [0, 1], NaN where no surface is seen; from one half on taken for lit.
-    reference : Reference, or (H, W) float
-        The truth. A plain array has no ties and does not know which surfaces face the light.
+    reference : Reference, (H, W) float, or Coverage
+        The truth. A plain array has no ties and does not know which surfaces face the light. With a
+        `Coverage`, of several samples in each pixel, values count as they are: filtered and
+        antialiased shadows are judged by the lit share.
     other_surfaces : {"refuse", "count"}
         What is done with a pixel in which only one of the two sees a surface, and which is no tie:
         such images are refused, or the pixel counts as misclassified.
 
     Returns
     -------
-    Comparison
+    Comparison, or CoverageComparison where the reference is a `Coverage`
 
     Warns
     -----
@@ -304,6 +315,8 @@ def compare(
         raise ValueError(
             f"visibility must have the shape of reference, {truth.shape}, got {image.shape}"
         )
+    if isinstance(reference, Coverage):
+        return compare_shares(image, reference)
     covered = ~np.isnan(truth)
     counted = covered.copy()
     float32_tie = np.zeros_like(covered)
@@ -317,15 +330,8 @@ def compare(
         counted &= ~(reference.tie | float32_tie)
         coverage_differs &= ~reference.triangle_tie
         facing = reference.facing if reference.is_current else None
-    if other_surfaces == "refuse" and coverage_differs.any():
-        missing = int(np.count_nonzero(coverage_differs & covered))
-        extra = int(np.count_nonzero(coverage_differs)) - missing
-        row, column = np.argwhere(coverage_differs)[0].tolist()
-        raise ValueError(
-            "visibility and reference must see surfaces in the same pixels: "
-            f"{missing} only in reference, {extra} only in visibility, "
-            f"first at row {row}, column {column}"
-        )
+    if other_surfaces == "refuse":
+        _refuse_other_surfaces(coverage_differs, covered)
     expected = np.where(covered, truth >= 0.5, True)
     comparison = Comparison(
         lit=np.where(counted, image >= 0.5, expected),
@@ -342,10 +348,22 @@ def compare(
     return comparison
 
 
-def _visibility(name: str, value: npt.ArrayLike | Receivers) -> npt.NDArray[Any]:
-    array = array_of(
-        REAL, name, value.visibility if isinstance(value, Receivers) else value, ("H", "W")
+def _refuse_other_surfaces(differs: npt.NDArray[np.bool_], covered: npt.NDArray[np.bool_]) -> None:
+    if not differs.any():
+        return
+    missing = int(np.count_nonzero(differs & covered))
+    extra = int(np.count_nonzero(differs)) - missing
+    row, column = np.argwhere(differs)[0].tolist()
+    raise ValueError(
+        "visibility and reference must see surfaces in the same pixels: "
+        f"{missing} only in reference, {extra} only in visibility, "
+        f"first at row {row}, column {column}"
     )
+
+
+def _visibility(name: str, value: npt.ArrayLike | Receivers | Coverage) -> npt.NDArray[Any]:
+    values = value.visibility if isinstance(value, Receivers | Coverage) else value
+    array = array_of(REAL, name, values, ("H", "W"))
     outside = (array < 0) | (array > 1)  # False for NaN
     if outside.any():
         row, column = np.argwhere(outside)[0].tolist()
