@@ -68,6 +68,7 @@ def test_the_source_distribution_is_small_and_has_no_results(tmp_path):
     with tarfile.open(archive) as packed:
         names = {name.partition("/")[2] for name in packed.getnames()}
     assert {"Cargo.lock", "pyproject.toml", "README.md", "src/lib.rs"} <= names
+    assert "python/lixel/lab/viewer/page.html" in names
     assert {p.relative_to(ROOT).as_posix() for p in (ROOT / "shaders").rglob("*.wgsl")} <= names
     assert not [name for name in names if name.startswith(("docs/", "notebooks/", "tests/"))]
 
