@@ -25,6 +25,7 @@ from .lab import (
     aligned,
     calibration,
     culling,
+    data_set,
     demo,
     departures,
     flicker,
@@ -50,10 +51,12 @@ from .lab.options import (
     add_view,
     device_of,
     method_with,
+    path_ending_in,
     view_of,
 )
 from .lab.report import status, waiting
-from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS
+from .lab.views import scene_and_views
+from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS, Method
 from .pictures.display import milliseconds
 
 DESCRIPTION = "Hard shadows with research shadow-map methods, and how wrong each one is."
@@ -236,17 +239,37 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
         ".npy: float32, 1 lit, 0 in shadow, NaN no surface; .npz and .exr: that, triangles, "
         "objects, depths and normals; all but .npy hold what made them, see `lixel info`"
     )
-    add_output(parser, words, image_files.ENDINGS, required=True)
+    parser.add_argument("--sequence", metavar="KIND", help=data_set.HELP)
+    add_output(parser, words, required=True, type=Path)
 
 
 def _render(options: argparse.Namespace) -> None:
     method = method_with(options.method, options.resolution, options.parameters)
+    if options.sequence is not None:
+        _render_sequence(options, method)
+        return
+    try:
+        path_ending_in(*image_files.ENDINGS)(str(options.output))
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(f"argument -o/--output: {error}") from None
     scene, camera, light = view_of(options)
     with waiting(f"rendering by {method.spelling}"):
         frame = render(scene, camera, light, method)
     with waiting(f"writing {options.output.name}"):
         frame.save(options.output)
     print(f"{options.output}: {milliseconds(frame.timings)} ms")
+
+
+def _render_sequence(options: argparse.Namespace, method: Method) -> None:
+    if options.output.suffix:
+        raise ValueError(f"--output must be a folder for a sequence, got {options.output}")
+    scene, views = scene_and_views(options.scene, options.views, options.up)
+    camera = views.camera(options.camera, scene)
+    if options.size is not None:
+        camera = camera.resized(*options.size)
+    start = (camera, views.light(options.light))
+    count = data_set.write_sequence(options.sequence, scene, views, start, method, options.output)
+    print(f"{options.output}: {count} pictures and masks, coco.json")
 
 
 def _add_compare(parser: argparse.ArgumentParser) -> None:
@@ -325,6 +348,7 @@ COMMANDS: Mapping[str, Command] = {
             "lixel render colonnade --method rtw --resolution 2048 -o shadows.png",
             'lixel render town.glb --camera "8,6,9;0,0,0;50deg" --light 0.5,-1,-0.3 -o a.mask.png',
             "lixel render town.glb --method cube+notw --set lookup=depth -o layers.exr",
+            "lixel render town.glb --method exact --sequence orbit:24 --size 640x480 -o masks",
         ),
         _add_render,
         _render,
