@@ -310,8 +310,13 @@ def test_peers_write_a_table(tmp_path, monkeypatch):
     given = ["lab", "peers", "plane_and_box", *SMALL, "--repeats", "2", "-o", str(output)]
     assert cli.main(given) == 0
     found = read(output)
-    assert list(found["renderer"]) == ["lixel desired_view 2048", "embreex"]
-    assert list(found["version"]) == [lx.__version__, importlib.metadata.version("embreex")]
+    own = ["lixel exact", "lixel desired_view 2048"]
+    assert list(found["renderer"]) == [*own, "embreex"]
+    versions = [lx.__version__] * 2 + [importlib.metadata.version("embreex")]
+    assert list(found["version"]) == versions
+    # Building takes time.
+    assert (found["ms with building, median"] > 0).all()
+    assert (found["processor ms, median"] > 0).all()
     assert (found["least"] <= found["ms, median"]).all()
     assert (found["ms, median"] <= found["greatest"]).all()
     assert found["frames"].eq(2).all()
@@ -336,9 +341,19 @@ def test_a_peer_that_fails_is_left_out(view, monkeypatch, capfd):
     assert "left out: absent, which needs the package not_here" in messages
 
 
-def test_peers_have_directional_lights_only(view):
-    with pytest.raises(ValueError, match="light must be directional to compare renderers"):
-        peers.measure(view.scene, view.camera, lx.PointLight((0, 5, 0)), lx.Uniform())
+def test_peers_take_directional_and_point_lights_only(view, monkeypatch, capfd):
+    monkeypatch.setattr(peers, "PEERS", {n: peers.PEERS[n] for n in ("embreex", "pyrender")})
+    lamp = lx.PointLight((0.5, 5, 1))
+    rows = peers.measure(view.scene, view.camera, lamp, lx.Exact(), repeats=1)
+    assert [row["renderer"] for row in rows] == ["lixel exact", "embreex"]
+    assert rows[0]["misclassified"] == 0
+    assert rows[1]["misclassified"] <= 2
+    assert "left out: pyrender, which is tried with directional lights alone" in (
+        capfd.readouterr().err
+    )
+    spot = lx.SpotLight((0, 5, 0), (0, -1, 0), 0.5)
+    with pytest.raises(ValueError, match="light must be directional or a point to compare"):
+        peers.measure(view.scene, view.camera, spot, lx.Exact())
 
 
 # --- Tables ---

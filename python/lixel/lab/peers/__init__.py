@@ -3,7 +3,8 @@
 A frame goes from a new camera to a visibility image as a numpy array: primary visibility, shadows,
 readback. Scenes are uploaded and acceleration structures built before the clock starts, and every
 renderer warms up first. Frames are interleaved, so that a disturbance hits all alike. No two frames
-have the same camera, so that nothing of a frame can be kept for the next.
+have the same camera, so that no image can be kept for the next frame. After these a few frames are
+timed from vertices that have moved, where acceleration structures are built within the time.
 """
 
 from __future__ import annotations
@@ -11,44 +12,46 @@ from __future__ import annotations
 import argparse
 import importlib.metadata
 import importlib.util
+import math
 import statistics
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ... import _core
 from ...arguments import count
 from ...camera import Camera
 from ...compare import compare
 from ...frame import render_shadows
-from ...light import DirectionalLight, Light
-from ...methods import Method
+from ...light import DirectionalLight, Light, PointLight
+from ...methods import Method, method_from
 from ...reference import Reference, reference
 from ...scene import Scene
 from ..options import (
     DEFAULT_SCENE,
     SCENE_HELP,
-    add_one_method,
+    add_methods,
     add_output,
     add_view,
     keep,
-    method_with,
     view_of,
 )
 from ..rays import refuse_holes
 from ..report import progress, status, table
 from ..timing import moved_by_a_hair, wall_ms
 from . import rasterizers, ray_casters
-from .ray_casters import Render
+from .ray_casters import Peer
 
 # A slow peer is timed less often, so that it takes about this many seconds in all.
 _PATIENCE = 30.0
 _MIN_FRAMES = 3
 
-PEERS: dict[str, tuple[str, Callable[[Scene, DirectionalLight], Render]]] = {
+PEERS: dict[str, tuple[str, Callable[[Scene, Any], Peer]]] = {
     "Mitsuba 3 llvm_ad_rgb": ("mitsuba", ray_casters.mitsuba_peer),
     "embreex": ("embreex", ray_casters.embree_peer),
     "trimesh with embreex": ("embreex", ray_casters.trimesh_peer),
@@ -61,6 +64,12 @@ PEERS: dict[str, tuple[str, Callable[[Scene, DirectionalLight], Render]]] = {
 }
 """The module that each peer needs, and what prepares it."""
 
+CASTERS = ("Mitsuba 3 llvm_ad_rgb", "embreex", "trimesh with embreex", "Open3D", "Warp")
+"""Those that cast rays."""
+
+METHODS = ("exact", "desired_view")
+"""The methods beside which they are timed by default."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `lixel lab peers`."""
@@ -69,16 +78,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{SCENE_HELP}; default: {DEFAULT_SCENE}",
     )  # fmt: skip
     add_view(parser)
-    add_one_method(parser, 2048)
+    add_methods(parser, " and ".join(METHODS))
+    parser.add_argument(
+        "--resolution", type=int, default=2048, metavar="N",
+        help="texels along a side of the maps; default: 2048",
+    )  # fmt: skip
     parser.add_argument("--repeats", type=int, default=15, metavar="N", help="timed frames")
     add_output(parser, "write the table, .csv or .parquet")
 
 
 def run(options: argparse.Namespace) -> None:
     """Measure, print and keep the table."""
-    method = method_with(options.method, options.resolution, options.parameters)
+    methods = [
+        method if method.map_resolution is None else replace(method, resolution=options.resolution)
+        for method in map(method_from, options.method or METHODS)
+    ]
     scene, camera, light = view_of(options)
-    rows = measure(scene, camera, light, method, repeats=options.repeats)
+    rows = measure(scene, camera, light, methods, repeats=options.repeats)
     shared = {
         "scene": Path(options.scene).stem,
         "triangles": scene.triangle_count,
@@ -92,52 +108,52 @@ def measure(
     scene: Scene,
     camera: Camera,
     light: Light,
-    method: Method,
+    methods: Method | Sequence[Method],
     *,
     repeats: int = 15,
 ) -> list[dict[str, Any]]:
-    """Time whole frames of a method and of every peer that is installed; print a table.
+    """Time whole frames of methods and of every peer that is installed; print a table.
 
     Of each renderer `repeats` frames are timed, at least 1; slow peers get fewer. A row has its
-    version, its median, least and greatest milliseconds, the number of frames, and the pixels that
-    it misclassifies.
+    version, its median, least and greatest milliseconds and its processor time of all threads, the
+    number of frames, the median of frames that build what follows from the vertices, and the pixels
+    that it misclassifies. Peers that cast rays take point lights, too.
     """
     repeats = count("repeats", repeats)
-    if not isinstance(light, DirectionalLight):
-        raise ValueError(f"light must be directional to compare renderers, got {light}")
+    if not isinstance(light, DirectionalLight | PointLight):
+        raise ValueError(f"light must be directional or a point to compare renderers, got {light}")
+    methods = [methods] if isinstance(methods, Method) else list(methods)
     refuse_holes(scene)
     status("reference: casting rays on the CPU")
     truth = reference(scene, camera, light)
-    contenders = [
-        _Contender(
-            f"lixel {method.name} {method.map_resolution or ''}".rstrip(),
-            _core.__version__,
-            lambda seen_by: render_shadows(scene, seen_by, light, method),
-            scene,
-            camera,
-        )
-    ]
+    contenders = [_own(scene, camera, light, method) for method in methods]
     bounded = with_planes(camera, truth)
     for name, (module, prepare) in PEERS.items():
         if importlib.util.find_spec(module) is None:
             status(f"left out: {name}, which needs the package {module}")
             continue
+        if name not in CASTERS and not isinstance(light, DirectionalLight):
+            status(f"left out: {name}, which is tried with directional lights alone")
+            continue
         try:
-            render = prepare(scene, light)
-            render(bounded)
+            peer = prepare(scene, light)
+            peer.render(bounded)
         # A peer may lack a driver or a library of its own, and says so with errors of its own; that
         # is no reason to lose the others.
         except Exception as error:
             status(f"left out: {name}: {' '.join(str(error).split()) or type(error).__name__}")
         else:
-            contenders.append(_Contender(name, _version(module), render, scene, bounded))
+            contenders.append(_Contender(name, _version(module), peer, scene, bounded))
 
     for contender in contenders:
         contender.warm_up(repeats)
     for turn in progress(range(repeats), "round"):
         for contender in contenders:
             if turn < contender.repeats:
-                contender.milliseconds.append(contender.time())
+                contender.measure()
+    for _ in progress(range(_MIN_FRAMES), "round with building"):
+        for contender in contenders:
+            contender.measure_building()
 
     rows = [_row(contender, truth) for contender in contenders]
     device = _core.device()
@@ -149,16 +165,29 @@ def measure(
     return rows
 
 
+def _own(scene: Scene, camera: Camera, light: Light, method: Method) -> _Contender:
+    """A method of lixel."""
+    name = f"lixel {method.name} {method.map_resolution or ''}".rstrip()
+
+    def render(seen_by: Camera) -> npt.NDArray[np.float32]:
+        return render_shadows(scene, seen_by, light, method)
+
+    peer = Peer(render, lambda: scene.update_vertices(scene.vertices))
+    return _Contender(name, _core.__version__, peer, scene, camera)
+
+
 @dataclass
 class _Contender:
     name: str
     version: str
-    render: Render
+    peer: Peer
     scene: Scene
     camera: Camera
     random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
     repeats: int = 0
     milliseconds: list[float] = field(default_factory=list)
+    cpu: list[float] = field(default_factory=list)
+    built: list[float] = field(default_factory=list)
 
     def warm_up(self, repeats: int) -> None:
         """Compiles, allocates, and decides how often to time."""
@@ -166,10 +195,19 @@ class _Contender:
         seconds = self.time() / 1e3
         self.repeats = min(repeats, max(_MIN_FRAMES, int(_PATIENCE / seconds)))
 
-    def time(self) -> float:
-        """Milliseconds of a frame from a new camera."""
+    def measure(self) -> None:
+        before = time.process_time()
+        self.milliseconds.append(self.time())
+        self.cpu.append(1e3 * (time.process_time() - before))
+
+    def measure_building(self) -> None:
+        if self.peer.build is not None:
+            self.built.append(self.time(self.peer.build))
+
+    def time(self, before: Callable[[], object] = lambda: None) -> float:
+        """Milliseconds of a frame from a new camera, and of what is done before."""
         camera = moved_by_a_hair(self.camera, self.scene, self.random)
-        return wall_ms(lambda: self.render(camera))
+        return wall_ms(lambda: (before(), self.peer.render(camera)))
 
 
 def with_planes(camera: Camera, truth: Reference) -> Camera:
@@ -194,7 +232,7 @@ def _version(module: str) -> str:
 
 
 def _row(contender: _Contender, truth: Reference) -> dict[str, Any]:
-    visibility = contender.render(contender.camera)
+    visibility = contender.peer.render(contender.camera)
     found = compare(visibility, truth, other_surfaces="count")
     times = contender.milliseconds
     return {
@@ -203,6 +241,8 @@ def _row(contender: _Contender, truth: Reference) -> dict[str, Any]:
         "ms, median": statistics.median(times),
         "least": min(times),
         "greatest": max(times),
+        "processor ms, median": statistics.median(contender.cpu),
+        "ms with building, median": statistics.median(contender.built or [math.nan]),
         "frames": len(times),
         "misclassified": found.misclassified_count,
         "% of covered": 100.0 * found.rate_covered,

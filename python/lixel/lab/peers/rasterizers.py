@@ -16,12 +16,12 @@ import numpy.typing as npt
 from ...camera import Camera, pose_of
 from ...light import DirectionalLight
 from ...scene import Scene
-from .ray_casters import Render, Visibility
+from .ray_casters import Peer, Visibility
 
 _GL_BLEND = 0x0BE2
 
 
-def pyrender_peer(scene: Scene, light: DirectionalLight) -> Render:
+def pyrender_peer(scene: Scene, light: DirectionalLight) -> Peer:
     """pyrender's shadow map of 2048 x 2048 by OpenGL, off screen."""
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
     import pyglet
@@ -57,10 +57,10 @@ def pyrender_peer(scene: Scene, light: DirectionalLight) -> Render:
         picture, _ = renderer.render(stage, pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
         return _visibility_of(picture)
 
-    return render
+    return Peer(render)
 
 
-def pygfx_peer(scene: Scene, light: DirectionalLight) -> Render:
+def pygfx_peer(scene: Scene, light: DirectionalLight) -> Peer:
     """pygfx's shadow map by wgpu, off screen, its camera fitted to the scene."""
     import pygfx
     from rendercanvas.offscreen import RenderCanvas
@@ -102,10 +102,10 @@ def pygfx_peer(scene: Scene, light: DirectionalLight) -> Render:
         eye.world.matrix = camera.pose
         return _visibility_of(np.asarray(canvas.draw()))
 
-    return render
+    return Peer(render)
 
 
-def pyvista_peer(scene: Scene, light: DirectionalLight) -> Render:
+def pyvista_peer(scene: Scene, light: DirectionalLight) -> Peer:
     """VTK's exponential shadow map of 2048 x 2048 by OpenGL, off screen.
 
     Light leaks in where caster and receiver are close. The exponential constant is the greatest
@@ -174,7 +174,7 @@ def pyvista_peer(scene: Scene, light: DirectionalLight) -> Render:
         plotter.render()
         return _visibility_of(plotter.screenshot(return_img=True))
 
-    return render
+    return Peer(render)
 
 
 def _visibility_of(picture: npt.NDArray[np.uint8]) -> Visibility:
