@@ -147,7 +147,7 @@ def test_methods_kinds_and_scenes_can_be_named(folder, capfd):
     assert 0 < table["misclassified"].sum() < 0.05 * table["covered"].sum()
     assert cli.main([*arguments[:-1], str(folder / "none.csv"), "--scene", "other"]) == 0
     assert cli.main([*arguments, "--method", "cube:looks=depth"]) == 2
-    assert "parameter of cube must be one of" in capfd.readouterr().err
+    assert "parameter of Cube must be one of" in capfd.readouterr().err
 
 
 def test_embree_stops_at_the_light(view):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
+import numpy as np
 import pytest
 
 import lixel as lx
@@ -62,3 +64,38 @@ def test_unknown_methods_are_named(method, error, words, view):
 def test_unknown_parameters_are_named(method):
     with pytest.raises(TypeError, match="size"):
         method(size=3)
+
+
+def test_parameters_go_by_name():
+    small = lx.NonOrthogonalWarp(fit="cube", resolution=64, lookup="triangle")
+    assert lx.method_from("cube+notw", resolution=64, lookup="triangle") == small
+    assert lx.method_from(lx.Uniform(bias="slope"), resolution=64) == lx.Uniform(
+        bias="slope", resolution=64
+    )
+    published = lx.method_from("rtw@published", resolution=64)
+    assert published == lx.RectilinearWarp.published(resolution=64)
+    assert lx.method_from("auto", max_error=0.1) == lx.Auto(max_error=0.1)
+
+
+def test_rendering_takes_parameters_by_name(view, engine):
+    coarse = lx.Uniform(resolution=8)
+    assert lx.render(*view, "uniform", resolution=8).method == coarse
+    shadows = lx.render_shadows(*view, method="uniform", resolution=8)
+    np.testing.assert_array_equal(shadows, lx.render_shadows(*view, coarse))
+    assert lx.importance_map(*view, "rtw", importance_resolution=8).shape == (1, 8, 8)
+    assert lx.warp_map(*view, importance_resolution=8).shape == (1, 2, 1, 9)
+
+
+@pytest.mark.parametrize(
+    ("method", "parameters", "error", "words"),
+    [
+        ("rtw", {"blurr": 1}, TypeError, "parameter of RectilinearWarp must be one of resolution"),
+        ("cube+rtw", {"blurr": 1}, TypeError, "got 'blurr'; did you mean 'blur'?"),
+        (lx.Uniform(), {"size": 9}, TypeError, "parameter of Uniform must be one of resolution"),
+        ("rtw", {"resolution": 0}, ValueError, "resolution must be a whole number of texels from"),
+        (None, {"resolution": 9}, TypeError, "resolution must come with a method, got None"),
+    ],
+)
+def test_wrong_parameters_are_answered_with_the_known_ones(method, parameters, error, words, view):
+    with pytest.raises(error, match=re.escape(words)):
+        lx.render_shadows(*view, method, **parameters)

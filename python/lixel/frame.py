@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, SupportsIndex, TypeAlias, get_args
 
 import numpy as np
@@ -210,6 +211,7 @@ def render_shadows(
     threads: SupportsIndex | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
+    **parameters: Any,
 ) -> npt.NDArray[np.float32]:
     """Which pixels the light, or each of several lights, reaches.
 
@@ -239,6 +241,8 @@ def render_shadows(
         Parameter of `Auto`: most wrong pixels, as a share of those that see a surface. None: 0.001.
     max_ms : float, optional
         Parameter of `Auto`: most milliseconds on the GPU for each light, a preference.
+    **parameters
+        Parameters of the method that is named, by their names: ``method="rtw", resolution=2048``.
 
     Returns
     -------
@@ -252,11 +256,12 @@ def render_shadows(
         An unknown method; the message lists the known ones. `max_error` or `max_ms` with a method
         other than ``"auto"``. A device that there is not; the message lists the adapters.
     TypeError
-        An argument of another type.
+        An argument of another type, or a parameter that the method does not have; the message lists
+        those that it has.
     DeviceError
         No adapter, or it lacks what the method needs. The message says the remedy.
     """
-    chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
+    chosen = _chosen(method, device, parameters, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
     check_view(scene, camera)
     lights, is_list = one_or_several(light)
@@ -278,12 +283,13 @@ def render(
     threads: SupportsIndex | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
+    **parameters: Any,
 ) -> Frame:
     """As `render_shadows`, with everything that the method has to show.
 
     Parameters
     ----------
-    scene, camera, light, method, device, threads, max_error, max_ms
+    scene, camera, light, method, device, threads, max_error, max_ms, **parameters
         As for `render_shadows`; one light.
 
     Returns
@@ -295,7 +301,7 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    chosen = _chosen(method, device, max_error=max_error, max_ms=max_ms)
+    chosen = _chosen(method, device, parameters, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
     [parts] = _parts_of_lights(scene, camera, [light], chosen, on, OUTPUTS)
     outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
@@ -382,15 +388,19 @@ def _is_on_gpu(device: str | None) -> bool:
 def _chosen(
     method: str | Method | None,
     device: str | None,
+    parameters: Mapping[str, Any] = MappingProxyType({}),
     *,
     max_error: float | None = None,
     max_ms: float | None = None,
 ) -> Method:
-    """The method, or the one for want of one; `Auto` with the bounds that are given."""
+    """The method with its parameters, or the one for want of one; `Auto` with the bounds that are
+    given."""
     if method is None:
+        if parameters:
+            raise TypeError(f"{', '.join(parameters)} must come with a method, got None")
         is_bounded = max_error is not None or max_ms is not None
         method = Auto() if is_bounded or _is_on_gpu(device) else Exact()
-    chosen = method_from(method)
+    chosen = method_from(method, **parameters)
     bounds = {"max_error": max_error, "max_ms": max_ms}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
     if not given:

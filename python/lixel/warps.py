@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ from .arguments import reals
 from .camera import Camera
 from .frame import Output, frame_parts
 from .light import Light
-from .methods import Method
+from .methods import Method, method_from
 from .scene import Scene
 
 Floats: TypeAlias = npt.NDArray[np.float64]
@@ -27,12 +27,13 @@ def importance_map(
     method: str | Method = "rtw",
     *,
     device: str | None = None,
+    **parameters: Any,
 ) -> npt.NDArray[np.float32]:
     """What a warp is made from: `Frame.importance_map`, without reading back the rest of a frame.
 
     Parameters
     ----------
-    scene, camera, light, method, device
+    scene, camera, light, method, device, **parameters
         As for `render_shadows`; a method without a warp has no importance map.
 
     Returns
@@ -46,7 +47,9 @@ def importance_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    return _output("importance_map", scene, camera, light, method, device)
+    return _output(
+        "importance_map", scene, camera, light, method_from(method, **parameters), device
+    )
 
 
 def warp_map(
@@ -56,12 +59,13 @@ def warp_map(
     method: str | Method = "rtw",
     *,
     device: str | None = None,
+    **parameters: Any,
 ) -> npt.NDArray[np.float32]:
     """The functions of a warp: `Frame.warp_map`, without reading back the rest of a frame.
 
     Parameters
     ----------
-    scene, camera, light, method, device
+    scene, camera, light, method, device, **parameters
         As for `render_shadows`; a method without a warp has no warp map.
 
     Returns
@@ -76,7 +80,7 @@ def warp_map(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    return _output("warp_map", scene, camera, light, method, device)
+    return _output("warp_map", scene, camera, light, method_from(method, **parameters), device)
 
 
 def _output(
@@ -84,7 +88,7 @@ def _output(
     scene: Scene,
     camera: Camera,
     light: Light,
-    method: str | Method,
+    method: Method,
     device: str | None,
 ) -> npt.NDArray[np.float32]:
     found: npt.NDArray[np.float32] = getattr(

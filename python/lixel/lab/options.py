@@ -7,11 +7,9 @@ import ast
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ..arguments import did_you_mean
 from ..camera import Camera
 from ..light import Light
 from ..load import FORMATS
@@ -201,18 +199,10 @@ def parameter(text: str) -> tuple[str, Any]:
 
 def method_with(name: str, resolution: int | None, parameters: Sequence[tuple[str, Any]]) -> Method:
     """The method of a name, with parameters; the resolution, where one is given, is one more."""
-    method = method_from(name)
     values = dict(parameters)
     if resolution is not None:
         values["resolution"] = resolution
-    known = [f.name for f in fields(method)]
-    for key in values:
-        if key not in known:
-            raise ValueError(
-                f"parameter of {name} must be one of {', '.join(known)}, got {key!r}"
-                f"{did_you_mean(key, known)}"
-            )
-    return replace(method, **values)
+    return method_from(name, **values)
 
 
 def path_ending_in(*endings: str) -> Callable[[str], Path]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TypeAlias, cast, get_args
+from typing import Any, TypeAlias, cast, get_args
 
 from ..arguments import did_you_mean
 from .auto import Auto as Auto
@@ -92,8 +92,8 @@ WARPS: Mapping[str, type[RectilinearWarp | NonOrthogonalWarp]] = MappingProxyTyp
 """Those that warp a fitted map."""
 
 
-def method_from(method: str | Method) -> Method:
-    """The method of a name, with its default parameters; a method object as it is.
+def method_from(method: str | Method, /, **parameters: Any) -> Method:
+    """The method of a name, or a method object, with parameters by their names.
 
     Parameters
     ----------
@@ -102,14 +102,27 @@ def method_from(method: str | Method) -> Method:
         ``NonOrthogonalWarp(fit="min_sm")``. Followed by ``@published``, or by ``@`` and a key of
         `PAPERS`, it is the method as a paper has it, see `ShadowMethod.published`:
         ``"rtw@published"``, ``"rtw@milet-2015"``, ``"cube+notw@published"``.
+    **parameters
+        They take the place of the method's own; the others stay as they are.
 
     Raises
     ------
     ValueError
-        An unknown name or composition; the message lists the known ones.
+        An unknown name or composition; the message lists the known ones. A value out of range.
     TypeError
-        Neither a name nor a method object.
+        Neither a name nor a method object, or a parameter that the method does not have; the
+        message lists those that it has.
+
+    Examples
+    --------
+    >>> method_from("cube+notw", resolution=512, lookup="triangle").lookup
+    'triangle'
     """
+    found = _named(method)
+    return replace(found, **parameters) if parameters else found
+
+
+def _named(method: str | Method) -> Method:
     if isinstance(method, Method):
         return method
     known = ", ".join(repr(name) for name in (*METHODS, Auto.name))
