@@ -8,6 +8,18 @@ pub fn farthest_in_box((low, high): (DVec3, DVec3), point: DVec3) -> f64 {
     (point - low).abs().max((point - high).abs()).length()
 }
 
+/// The corners of a box.
+pub fn box_corners((low, high): (DVec3, DVec3)) -> [DVec3; 8] {
+    std::array::from_fn(|i| {
+        let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
+        DVec3::new(
+            pick(1, low.x, high.x),
+            pick(2, low.y, high.y),
+            pick(4, low.z, high.z),
+        )
+    })
+}
+
 /// Least and greatest of some numbers; infinite and the wrong way round where there is none.
 pub fn range_of(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);

@@ -173,6 +173,9 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
         sigma: f64,
     ) -> Result<()>;
 
+    /// Functions as somebody gives them: their values along x, then along y.
+    fn set_functions(&mut self, warp: &mut Self::Warp, values: &[f32]);
+
     /// Inverses, once the functions along both axes are there.
     fn finish_warp(&mut self, warp: &mut Self::Warp, resolution: u32);
 }

@@ -185,6 +185,9 @@ impl<'a> Verbs<'a> for Frame<'a> {
         let seen = self.seen.clone();
         if layers.is_empty() {
             self.skip(SHADOW_MAP_LABEL);
+            let dark = |id: i32| if id < 0 { f32::NAN } else { 0.0 };
+            let visibility = seen.image.triangle_ids().into_iter().map(dark);
+            return Ok(Recorded::without_layers(visibility.collect()));
         }
         self.answer(self.camera, &seen.image, map, layers)
     }
@@ -347,6 +350,10 @@ impl<'a> Verbs<'a> for Frame<'a> {
     ) -> Result<()> {
         self.timed(WARP_LABEL, |_| warp.fit_maxima(axis, importance, sigma));
         Ok(())
+    }
+
+    fn set_functions(&mut self, warp: &mut WarpMap, values: &[f32]) {
+        warp.warp.values.copy_from_slice(values);
     }
 
     fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {

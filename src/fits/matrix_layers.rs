@@ -154,14 +154,14 @@ fn faces(setting: Setting) -> Vec<Layer> {
     })
 }
 
-/// The projection of a light matrix.
+/// The projection of a light matrix for some points: its rows x, y and w, in texels from the middle of the map, over
+/// homogeneous points of the world.
 pub fn projection(
     setting: Setting,
-    subject: &Subject,
-    matrix: &LightMatrix,
+    rows: [DVec4; 3],
+    points: &[DVec3],
     resolution: u32,
 ) -> Projection {
-    let rows = subject.rays.world_rows(matrix.rows());
     let bounds = setting.scene.bounds();
     let centre = DVec2::splat(0.5 * f64::from(resolution));
     if let Some(position) = setting.near_position() {
@@ -186,10 +186,10 @@ pub fn projection(
     let constant = DVec3::from(rows.map(|row| row.dot(axes.origin.extend(1.0))));
     let homography = DMat3::from_cols(columns[0], columns[1], constant);
     let across = |point: &DVec3| axes.texel_from_point(*point).truncate();
-    let reach = subject.points.iter().map(|point| across(point).length());
+    let reach = points.iter().map(|point| across(point).length());
     let reach = reach.fold(0.0, f64::max);
     // One on the rays of the middle of the points.
-    let middle = subject.points.iter().map(across).sum::<DVec2>() / subject.points.len() as f64;
+    let middle = points.iter().map(across).sum::<DVec2>() / points.len() as f64;
     let w = (homography * middle.extend(1.0)).z;
     let (low, high) = projected_box(&axes, bounds);
     let rounding = BOX_ROUNDING * (low.abs().max(high.abs())).length();
@@ -216,8 +216,9 @@ pub fn matrix_layers(
 ) -> Vec<Layer> {
     let layers = parts.into_iter().filter_map(|part| {
         let matrix = matrix(&part)?;
+        let rows = part.subject.rays.world_rows(matrix.rows());
         Some(Layer {
-            projection: projection(setting, &part.subject, &matrix, resolution),
+            projection: projection(setting, rows, &part.subject.points, resolution),
             region: part.region,
         })
     });

@@ -6,6 +6,7 @@ pub mod cascades;
 pub mod central;
 #[cfg(test)]
 mod fixtures;
+pub mod given;
 pub mod hull;
 pub mod improved_paraboloid;
 pub mod layer;

@@ -1,6 +1,6 @@
 //! Fits of parallel projections, for directional lights, and of those that nearly are, for lights far away.
 
-use crate::geometry::bounds_of;
+use crate::geometry::{bounds_of, box_corners};
 use crate::projection::{Homography, Parallel, Projection};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -29,16 +29,9 @@ pub fn axes_at(origin: DVec3, direction: DVec3) -> Projection {
 }
 
 /// Least and greatest corner, in the plane of `axes` and in depth, of a box of the world.
-pub fn projected_box(axes: &Projection, (low, high): (DVec3, DVec3)) -> (DVec3, DVec3) {
-    let corners = (0..8).map(|i| {
-        let pick = |bit: i32, low: f64, high: f64| if i & bit == 0 { low } else { high };
-        axes.texel_from_point(DVec3::new(
-            pick(1, low.x, high.x),
-            pick(2, low.y, high.y),
-            pick(4, low.z, high.z),
-        ))
-    });
-    bounds_of(corners)
+pub fn projected_box(axes: &Projection, bounds: (DVec3, DVec3)) -> (DVec3, DVec3) {
+    let corners = box_corners(bounds).into_iter();
+    bounds_of(corners.map(|corner| axes.texel_from_point(corner)))
 }
 
 /// Axes of rays that are nearly parallel, around another origin: places in their plane change by a constant. No receiver is farther than `reach`

@@ -126,6 +126,19 @@ impl Recording {
         Ok(self.gpu.pool.lent(buffer))
     }
 
+    /// Sets the first numbers of a buffer.
+    pub fn write(&mut self, buffer: &wgpu::Buffer, values: &[f32]) {
+        let device = &self.gpu.device;
+        let given = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("given numbers"),
+            contents: bytemuck::cast_slice(values),
+            usage: BufferUsages::COPY_SRC,
+        });
+        let size = size_of_val(values) as u64;
+        self.encoder
+            .copy_buffer_to_buffer(&given, 0, buffer, 0, size);
+    }
+
     /// Sets a buffer to zero.
     pub fn clear(&mut self, buffer: &wgpu::Buffer) {
         self.encoder.clear_buffer(buffer, 0, None);

@@ -7,12 +7,15 @@ use super::plane_optimal::PlaneOptimal;
 use super::prelude::*;
 use super::psm::Perspective;
 use super::scene_optimized::SceneOptimized;
+use super::schema::{Typed, Value, chosen};
 use super::{cube, dual_paraboloid, spot};
 use crate::fits::cascades::{Slabs, fit_cascades};
+use crate::fits::given::{GivenLayers, fit_given};
 use crate::fits::improved_paraboloid::{Splitting, Zoom, fit_improved_paraboloid};
 use crate::fits::rotation::Rotation;
 use crate::fits::uniform::fit_scene_of_receivers;
 use glam::DMat3;
+use std::borrow::Cow;
 
 /// What the maps of a fit are made for.
 #[derive(Clone, Copy)]
@@ -137,3 +140,76 @@ pub const FITS: Choices<Fit> = &[
         still(|view, wanted| spot::fit(view, wanted.cut, wanted.resolution)),
     ),
 ];
+
+/// The maps that are warped: of a fit, or of matrices that somebody gives.
+#[derive(Debug, Clone)]
+pub enum Fitted {
+    By(Cow<'static, str>),
+    Given(GivenLayers),
+}
+
+impl Typed for Fitted {
+    fn typed(value: &Value) -> Self {
+        match value {
+            Value::Layers(layers) => Self::Given(layers.clone()),
+            other => Self::By(Cow::typed(other)),
+        }
+    }
+}
+
+impl Fitted {
+    /// Whether its maps can do something.
+    fn can(&self, does: fn(&Fit) -> bool) -> bool {
+        match self {
+            Self::By(word) => does(&chosen(word, FITS)),
+            Self::Given(_) => false,
+        }
+    }
+}
+
+parameters! {
+    /// Of the maps that are warped.
+    pub struct WarpedMaps {
+        pub fit: Fitted = word("desired_view", Rule::Fit(&FITS)),
+        pub snap: bool = SNAP,
+        pub rotation: Option<f64> = ROTATION,
+    }
+}
+
+impl WarpedMaps {
+    /// The texels of a map that turns with the receivers cannot hold still while they move, and a map has one rotation.
+    pub fn check(&self) -> Result<()> {
+        let those = |can: fn(&Fit) -> bool| {
+            let words = FITS.iter().filter(|(_, fit)| can(fit));
+            let words: Vec<_> = words.map(|(word, _)| format!("'{word}'")).collect();
+            words.join(", ")
+        };
+        let got = match &self.fit {
+            Fitted::By(word) => format!("'{word}'"),
+            Fitted::Given(_) => "a lixel.LightMatrix".to_string(),
+        };
+        ensure_value!(
+            !self.snap || self.fit.can(|fit| fit.holds_still),
+            "snap must come with one of the fits {}, whose maps do not turn with the receivers, got {got}",
+            those(|fit| fit.holds_still)
+        );
+        ensure_value!(
+            self.rotation.is_none() || self.fit.can(|fit| fit.rotates),
+            "rotation must come with one of the fits {}, whose maps no other rule rotates, got {got}",
+            those(|fit| fit.rotates)
+        );
+        Ok(())
+    }
+
+    pub fn layers(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+        let wanted = Wanted {
+            cut: Cut::Receivers.snapped_where(self.snap),
+            rotation: self.rotation.into(),
+            resolution,
+        };
+        match &self.fit {
+            Fitted::By(word) => (chosen(word, FITS).layers)(view, wanted),
+            Fitted::Given(layers) => fit_given(view, layers, resolution),
+        }
+    }
+}

@@ -4,9 +4,9 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
-use super::fit::{FITS, Fit, Wanted};
+use super::fit::WarpedMaps;
 use super::prelude::*;
-use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value, chosen, count_or_none};
+use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value, count_or_none};
 use crate::importance::{EdgeBias, Factors, Grid, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
 use crate::warp::MAX_CELLS;
@@ -70,51 +70,15 @@ parameters! {
         pub blend: f64 = number(Some(0.5), FRACTION, ""),
         /// Along each side of the importance map; `None` for as many as the map has texels.
         pub importance_resolution: Option<u32> = count_or_none(512, MAX_CELLS, "cells"),
-        pub fit: Cow<'static, str> = word("desired_view", Rule::Choice(&FITS)),
-        /// Of the map before it is warped.
-        pub snap: bool = SNAP,
-        pub rotation: Option<f64> = ROTATION,
+        pub maps: WarpedMaps,
     }
 }
 
 impl AnalysisParameters {
-    /// The texels of a map that turns with the receivers cannot hold still while they move, and a map has one rotation.
-    pub fn check(&self) -> Result<()> {
-        let fit = chosen(&self.fit, FITS);
-        let those = |can: fn(&Fit) -> bool| {
-            let words = FITS.iter().filter(|(_, fit)| can(fit));
-            let words: Vec<_> = words.map(|(word, _)| format!("'{word}'")).collect();
-            words.join(", ")
-        };
-        ensure_value!(
-            !self.snap || fit.holds_still,
-            "snap must come with one of the fits {}, whose maps do not turn with the receivers, got '{}'",
-            those(|fit| fit.holds_still),
-            self.fit
-        );
-        ensure_value!(
-            self.rotation.is_none() || fit.rotates,
-            "rotation must come with one of the fits {}, whose maps no other rule rotates, got '{}'",
-            those(|fit| fit.rotates),
-            self.fit
-        );
-        Ok(())
-    }
-
     /// Along each side of the importance map of a map with that resolution.
     pub fn cells(&self, resolution: u32) -> u32 {
         self.importance_resolution
             .unwrap_or(resolution.min(MAX_CELLS))
-    }
-
-    /// The layers that are warped.
-    pub fn layers(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        let wanted = Wanted {
-            cut: Cut::Receivers.snapped_where(self.snap),
-            rotation: self.rotation.into(),
-            resolution,
-        };
-        (chosen(&self.fit, FITS).layers)(view, wanted)
     }
 }
 

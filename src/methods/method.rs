@@ -28,6 +28,9 @@ pub trait ShadowMethod: ParameterGroup {
     /// Whether it knows of the holes of masked triangles.
     const KNOWS_MASKS: bool = true;
 
+    /// Whether it is nothing without arrays that somebody gives, so that no name calls it.
+    const IS_GIVEN: bool = false;
+
     /// Records the method's passes.
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded>;
 }
@@ -63,4 +66,6 @@ pub struct Description {
     pub schema: Schema,
     /// Whether it knows of the holes of masked triangles.
     pub knows_masks: bool,
+    /// Whether it is nothing without arrays that somebody gives.
+    pub is_given: bool,
 }

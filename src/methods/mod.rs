@@ -10,8 +10,10 @@ mod dual_paraboloid;
 mod exact;
 mod fit;
 mod focused;
+mod given_warp;
 mod importance;
 mod improved_paraboloid;
+pub mod light_matrix;
 mod lispsm;
 pub mod method;
 mod min_sm;
@@ -44,20 +46,26 @@ macro_rules! methods {
         }
 
         impl Method {
-            /// What is known of every method, in the order of the list.
+            /// What is known of every method that has a name, in the order of the list.
             pub fn list() -> Vec<Description> {
+                let all = Self::all().into_iter();
+                all.filter(|method| !method.is_given).collect()
+            }
+
+            fn all() -> Vec<Description> {
                 vec![$(Description {
                     title: <$type>::TITLE,
                     citation: <$type>::CITATION,
                     schema: <$type>::SCHEMA,
                     knows_masks: <$type>::KNOWS_MASKS,
+                    is_given: <$type>::IS_GIVEN,
                 },)+]
             }
 
             /// What is known of the method of that name.
             pub fn description(name: &str) -> Result<Description> {
                 let known: Vec<_> = Self::list().iter().map(|method| method.schema.name).collect();
-                let found = Self::list().into_iter().find(|method| method.schema.name == name);
+                let found = Self::all().into_iter().find(|method| method.schema.name == name);
                 found.ok_or_else(|| {
                     let known = known.join(", ");
                     Error::Value(format!("method must be one of {known}, got '{name}'"))
@@ -110,4 +118,6 @@ methods! {
     RayTraced = ray_traced::RayTraced,
     Exact = exact::Exact,
     ShadowVolumes = shadow_volumes::ShadowVolumes,
+    LightMatrix = light_matrix::LightMatrix,
+    GivenWarp = given_warp::GivenWarp,
 }

@@ -64,12 +64,12 @@ impl ShadowMethod for NonOrthogonalWarp {
             self.map.rasterization != Rasterization::Exact || functions <= most,
             "function_count must be at most {most} with a map of {resolution} texels, got {functions}"
         );
-        self.given.check()
+        self.given.maps.check()
     }
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let (map, cells) = (self.map.settings(), self.cells());
-        let layers = self.given.layers(view, self.map.resolution)?;
+        let layers = self.given.maps.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let unit = analysis.count_unit(view.setting().camera.pixel_count());
         // Counts are of receivers; shadow edges are seen from the light.

@@ -43,7 +43,7 @@ impl ShadowMethod for RectilinearWarp {
          shadow mapping. I3D.";
 
     fn check(&self) -> Result<()> {
-        self.given.check()?;
+        self.given.maps.check()?;
         ensure_value!(
             self.analysis != Direction::Backward || !self.importance.shadow_edge,
             "analysis must be 'forward' or 'hybrid' for the importance 'shadow_edge', got 'backward'"
@@ -59,7 +59,7 @@ impl ShadowMethod for RectilinearWarp {
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let map = self.map.settings();
         let cells = self.given.cells(self.map.resolution);
-        let layers = self.given.layers(view, self.map.resolution)?;
+        let layers = self.given.maps.layers(view, self.map.resolution)?;
         let analysis = Analysis::new(self.importance, &self.given, view, map, &layers)?;
         let mut warped = Vec::new();
         for layer in layers {

@@ -4,8 +4,11 @@
 //! values are checked here too, so that both entries refuse the same values in the same words.
 
 use crate::error::{Error, Result};
+use crate::fits::given::GivenLayers;
 use crate::map_settings::Filter;
-use glam::DMat4;
+use crate::region::MAX_HALF_SPACES;
+use crate::warp::MAX_CELLS;
+use glam::{DMat4, DVec4};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -46,6 +49,14 @@ pub enum Rule {
     Weights,
     Matrix,
     Maps,
+    /// One of a few words, or light matrices.
+    Fit(&'static dyn Words),
+    /// Light matrices, one for each layer.
+    Matrices,
+    /// Planes around what each layer is for.
+    Regions,
+    /// Functions of a warp.
+    Functions,
 }
 
 /// Words, each with what it stands for.
@@ -78,6 +89,9 @@ pub const POSITIVE_FRACTION: Rule = Rule::Number {
     is_above_zero: true,
     max: 1.0,
 };
+
+/// Of light matrices that somebody gives.
+const MAX_LAYERS: usize = 64;
 
 /// Beyond this a map's texels would not count in 32 bits.
 pub const MAX_RESOLUTION: u32 = 32768;
@@ -140,6 +154,22 @@ pub enum Value {
     Array(Array),
     Matrix(DMat4),
     Maps(Arc<[OldMap]>),
+    Layers(GivenLayers),
+    Matrices(Arc<[DMat4]>),
+    Regions(Arc<[Vec<DVec4>]>),
+    Functions(WarpFunctions),
+}
+
+/// Functions of warps along x, one for each band of rows, and along y, one for each band of columns: values at the
+/// boundaries of cells, from 0 to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WarpFunctions {
+    /// `None`: the same for every layer.
+    pub layers: Option<usize>,
+    /// Along each axis.
+    pub functions: usize,
+    pub boundaries: usize,
+    pub values: Arc<[f32]>,
 }
 
 /// What a layer of the frame before leaves to the next one.
@@ -200,7 +230,7 @@ impl Parameter {
                 Fault::unless(number.is_finite() && is_large_enough && number <= max)?;
                 Ok(Value::Float(number))
             }
-            (Rule::Choice(known) | Rule::Lookup(known), Value::Text(text)) => {
+            (Rule::Choice(known) | Rule::Lookup(known) | Rule::Fit(known), Value::Text(text)) => {
                 Fault::unless(known.words().contains(&&*text))?;
                 Ok(Value::Text(text))
             }
@@ -227,6 +257,25 @@ impl Parameter {
                     Fault::unless(map.map_from_world.is_finite())?;
                 }
                 Ok(Value::Maps(maps))
+            }
+            (Rule::Fit(_), Value::Layers(layers)) => Ok(Value::Layers(layers)),
+            (Rule::Matrices, Value::Matrices(matrices)) => {
+                Fault::unless((1..=MAX_LAYERS).contains(&matrices.len()))?;
+                Fault::unless(matrices.iter().all(|matrix| matrix.is_finite()))?;
+                Ok(Value::Matrices(matrices))
+            }
+            (Rule::Regions, Value::Regions(regions)) => {
+                for planes in regions.iter() {
+                    Fault::unless(planes.len() <= MAX_HALF_SPACES)?;
+                    let is_plane =
+                        |plane: &DVec4| plane.is_finite() && plane.truncate().length() > 0.0;
+                    Fault::unless(planes.iter().all(is_plane))?;
+                }
+                Ok(Value::Regions(regions))
+            }
+            (Rule::Functions, Value::Functions(functions)) => {
+                functions.check()?;
+                Ok(Value::Functions(functions))
             }
             _ => Err(Fault::Kind),
         }
@@ -262,9 +311,64 @@ impl fmt::Display for Parameter {
             Rule::Weights => write!(f, "an array (h, w) of finite numbers, at least 0"),
             Rule::Matrix => write!(f, "a frame or a finite matrix of shape (4, 4)"),
             Rule::Maps => write!(f, "a frame with finite maps and matrices"),
+            Rule::Fit(known) => {
+                write!(
+                    f,
+                    "one of {} or a lixel.LightMatrix",
+                    one_of(&known.words())
+                )
+            }
+            Rule::Matrices => write!(
+                f,
+                "a finite matrix of shape (4, 4), or (layers, 4, 4) for up to {MAX_LAYERS} layers"
+            ),
+            Rule::Regions => write!(
+                f,
+                "for each layer up to {MAX_HALF_SPACES} finite planes (a, b, c, d), a, b, c not all 0"
+            ),
+            Rule::Functions => write!(
+                f,
+                "an array (2, n, cells + 1), or (layers, 2, n, cells + 1), that runs from 0 to 1 and nowhere falls along \
+                 its last axis, with n functions along x and n along y, at most as many as cells, which are at most \
+                 {MAX_CELLS}"
+            ),
         }?;
         if self.is_optional() {
             write!(f, " or None")?;
+        }
+        Ok(())
+    }
+}
+
+impl WarpFunctions {
+    /// Refuses what is no warp.
+    fn check(&self) -> Result<(), Fault> {
+        let cells = self.boundaries.saturating_sub(1);
+        if !(1..=cells).contains(&self.functions) || cells > MAX_CELLS as usize {
+            let (functions, boundaries) = (self.functions, self.boundaries);
+            return Err(Fault::RangeOf(format!(
+                "{functions} functions of {boundaries} values"
+            )));
+        }
+        for (i, values) in self.values.chunks_exact(self.boundaries).enumerate() {
+            let fault = |what: String| {
+                let (layer, axis) = (i / (2 * self.functions), i / self.functions % 2);
+                let (axis, function) = (["x", "y"][axis], i % self.functions);
+                Err(Fault::RangeOf(format!(
+                    "{what} in function {function} along {axis} of layer {layer}"
+                )))
+            };
+            // Written so that NaN falls, too.
+            if let Some(pair) = values
+                .windows(2)
+                .find(|pair| !matches!(pair, [a, b] if a <= b))
+            {
+                return fault(format!("{} after {}", pair[1], pair[0]));
+            }
+            let (first, last) = (values[0], values[cells]);
+            if first != 0.0 || last != 1.0 {
+                return fault(format!("values from {first} to {last}"));
+            }
         }
         Ok(())
     }
@@ -454,6 +558,9 @@ typed! {
     Array: Value::Array(value) => value.clone();
     DMat4: Value::Matrix(value) => *value;
     Arc<[OldMap]>: Value::Maps(value) => value.clone(), Value::None => Arc::default();
+    Arc<[DMat4]>: Value::Matrices(value) => value.clone(), Value::None => Arc::default();
+    Arc<[Vec<DVec4>]>: Value::Regions(value) => value.clone();
+    WarpFunctions: Value::Functions(value) => value.clone();
 }
 
 impl<T: Typed> Typed for Option<T> {

@@ -4,15 +4,17 @@ use super::array;
 use crate::error::Error;
 use crate::map_settings::Filter;
 use crate::methods::Method;
+use crate::methods::light_matrix::LightMatrix;
+use crate::methods::method::ShadowMethod;
 use crate::methods::parameters::{AUTO, FILTER, FilterParameters};
 use crate::methods::schema::{
-    Array, Fault, OldMap, Parameter, ParameterGroup, Parameters, Rule, Schema, Value,
+    Array, Fault, OldMap, Parameter, ParameterGroup, Parameters, Rule, Schema, Value, WarpFunctions,
 };
-use glam::DMat4;
-use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
+use glam::{DMat4, DVec4};
+use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyString};
+use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use std::borrow::Cow;
 
 /// The parameters of a method, of `lookup=Pcf(...)` or of the choice of a method.
@@ -58,6 +60,10 @@ pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py,
             Rule::Weights => ("weights", vec![]),
             Rule::Matrix => ("matrix", vec![]),
             Rule::Maps => ("maps", vec![]),
+            Rule::Fit(known) => ("fit", known.words()),
+            Rule::Matrices => ("matrices", vec![]),
+            Rule::Regions => ("regions", vec![]),
+            Rule::Functions => ("functions", vec![]),
         };
         description.set_item("rule", kind)?;
         description.set_item("choices", choices)?;
@@ -120,6 +126,10 @@ fn checked(parameter: &Parameter, value: &Bound<PyAny>) -> PyResult<Value> {
             Some(filter) => Ok(Value::Filter(filter)),
             None => Err(Fault::Kind),
         },
+        (Rule::Fit(_), _) if !value.is_instance_of::<PyString>() => match light_matrix(value)? {
+            Some(layers) => Ok(Value::Layers(layers.layers())),
+            None => Err(Fault::Kind),
+        },
         (rule, _) => converted(rule, value),
     };
     let checked = converted.and_then(|converted| parameter.check(converted));
@@ -146,10 +156,10 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
             Err(_) => Err(Fault::Kind),
         },
         Rule::Number { .. } => {
-            let number = numbers(value, 0)?.extract().map_err(wrong_kind)?;
+            let number = numbers(value, &[0])?.extract().map_err(wrong_kind)?;
             Ok(Value::Float(number))
         }
-        Rule::Choice(_) | Rule::Lookup(_) => {
+        Rule::Choice(_) | Rule::Lookup(_) | Rule::Fit(_) => {
             let text = value.extract::<String>().map_err(wrong_kind)?;
             Ok(Value::Text(text.into()))
         }
@@ -166,18 +176,71 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
                 return Ok(Value::Array(weights_of(&weights, |weight| weight)));
             }
             let weights: PyReadonlyArray2<f64> =
-                numbers(value, 2)?.extract().map_err(|_| Fault::Kind)?;
+                numbers(value, &[2])?.extract().map_err(|_| Fault::Kind)?;
             Ok(Value::Array(weights_of(&weights, |weight| weight as f32)))
         }
         Rule::Matrix => {
-            let matrix = numbers(value, 2)?;
+            let matrix = numbers(value, &[2])?;
             let shape = matrix.getattr("shape").map_err(wrong_kind)?.to_string();
             let rows = matrix.extract::<[[f64; 4]; 4]>();
             let rows = rows.map_err(|_| Fault::RangeOf(format!("shape {shape}")))?;
             Ok(Value::Matrix(DMat4::from_cols_array_2d(&rows).transpose()))
         }
         Rule::Maps => old_maps(value),
+        Rule::Matrices => {
+            let values = rows_of(&numbers(value, &[2, 3])?, &[4, 4])?;
+            let matrices = values.as_chunks::<16>().0.iter();
+            let matrices = matrices.map(|rows| DMat4::from_cols_array(rows).transpose());
+            Ok(Value::Matrices(matrices.collect()))
+        }
+        Rule::Regions => {
+            let regions = value.try_iter().map_err(wrong_kind)?;
+            let regions = regions.map(|region| planes(&region.map_err(wrong_kind)?));
+            Ok(Value::Regions(regions.collect::<Result<_, _>>()?))
+        }
+        Rule::Functions => functions(value),
     }
+}
+
+/// The numbers of an array whose last axes have those lengths.
+fn rows_of(array: &Bound<PyAny>, last: &[usize]) -> Result<Vec<f64>, Fault> {
+    let array: PyReadonlyArrayDyn<f64> = array.extract().map_err(|_| Fault::Kind)?;
+    let array = array.as_array();
+    if !array.shape().ends_with(last) {
+        return Err(Fault::RangeOf(format!("shape {:?}", array.shape())));
+    }
+    Ok(array.iter().copied().collect())
+}
+
+/// Planes (a, b, c, d).
+fn planes(value: &Bound<PyAny>) -> Result<Vec<DVec4>, Fault> {
+    if value.len().is_ok_and(|count| count == 0) {
+        return Ok(vec![]);
+    }
+    let values = rows_of(&numbers(value, &[2])?, &[4])?;
+    let planes = values.as_chunks::<4>().0.iter();
+    Ok(planes.map(|plane| DVec4::from_array(*plane)).collect())
+}
+
+/// Functions of a warp, of all layers or of each.
+fn functions(value: &Bound<PyAny>) -> Result<Value, Fault> {
+    let array = numbers(value, &[3, 4])?;
+    let array: PyReadonlyArrayDyn<f64> = array.extract().map_err(|_| Fault::Kind)?;
+    let array = array.as_array();
+    let (layers, shape) = match *array.shape() {
+        [axes, functions, boundaries] => (None, [axes, functions, boundaries]),
+        [layers, axes, functions, boundaries] => (Some(layers), [axes, functions, boundaries]),
+        _ => return Err(Fault::Kind),
+    };
+    if shape[0] != 2 || layers == Some(0) {
+        return Err(Fault::RangeOf(format!("shape {:?}", array.shape())));
+    }
+    Ok(Value::Functions(WarpFunctions {
+        layers,
+        functions: shape[1],
+        boundaries: shape[2],
+        values: array.iter().map(|&value| value as f32).collect(),
+    }))
 }
 
 fn weights_of<T: Element + Copy>(array: &PyReadonlyArray2<T>, narrow: fn(T) -> f32) -> Array {
@@ -190,8 +253,8 @@ fn weights_of<T: Element + Copy>(array: &PyReadonlyArray2<T>, narrow: fn(T) -> f
     }
 }
 
-/// Real numbers in an array with so many axes, as float64.
-fn numbers<'py>(value: &Bound<'py, PyAny>, axes: usize) -> Result<Bound<'py, PyAny>, Fault> {
+/// Real numbers in an array with one of so many axes, as float64.
+fn numbers<'py>(value: &Bound<'py, PyAny>, axes: &[usize]) -> Result<Bound<'py, PyAny>, Fault> {
     let py = value.py();
     let numpy = py.import("numpy").map_err(|_| Fault::Kind)?;
     // A ragged list is no array.
@@ -203,10 +266,10 @@ fn numbers<'py>(value: &Bound<'py, PyAny>, axes: usize) -> Result<Bound<'py, PyA
         Ok((kind, axes, array.getattr("shape")?.to_string()))
     };
     let (kind, own_axes, shape) = read(&array).map_err(|_| Fault::Kind)?;
-    if !["f", "i", "u"].contains(&kind.as_str()) || (own_axes != axes && axes == 0) {
+    if !["f", "i", "u"].contains(&kind.as_str()) || (own_axes != 0 && axes == [0]) {
         return Err(Fault::Kind);
     }
-    if own_axes != axes {
+    if !axes.contains(&own_axes) {
         return Err(Fault::RangeOf(format!("shape {shape}")));
     }
     let converted = array.call_method1("astype", ("float64",));
@@ -223,6 +286,21 @@ fn filter(value: &Bound<PyAny>) -> PyResult<Option<Filter>> {
         parameters.set(parameter, checked(parameter, &part)?);
     }
     Ok(Some(FilterParameters::from_parameters(&parameters).into()))
+}
+
+/// A lixel.LightMatrix: whatever has its own parameters as attributes.
+fn light_matrix(value: &Bound<PyAny>) -> PyResult<Option<LightMatrix>> {
+    let mut parameters = LightMatrix::SCHEMA.defaults();
+    for name in ["matrix", "regions"] {
+        let Ok(part) = value.getattr(name) else {
+            return Ok(None);
+        };
+        let parameter = LightMatrix::SCHEMA.parameter(name)?;
+        parameters.set(parameter, checked(parameter, &part)?);
+    }
+    let given = LightMatrix::from_parameters(&parameters);
+    given.check()?;
+    Ok(Some(given))
 }
 
 /// The layers of a frame: importance maps (layers, h, w), and matrices (layers, 4, 4) from the world.
@@ -260,16 +338,44 @@ fn to_python<'py>(
         Value::Float(value) => value.into_pyobject(py)?.into_any(),
         Value::Text(value) => value.into_pyobject(py)?.into_any(),
         Value::Array(weights) => {
-            let (shape, values) = ((weights.rows, weights.columns), weights.values.to_vec());
-            let weights = array(py, shape, values).into_bound(py);
-            weights.readwrite().make_nonwriteable();
-            weights.into_any()
+            let shape = [weights.rows, weights.columns];
+            kept(py, &shape, weights.values.to_vec())
         }
         Value::Matrix(matrix) => {
             let rows = [0, 1, 2, 3].map(|row| matrix.row(row).to_array());
             let [a, b, c, d] = rows.map(|[a, b, c, d]| (a, b, c, d));
             (a, b, c, d).into_pyobject(py)?.into_any()
         }
-        Value::Filter(_) | Value::Maps(_) => given.clone(),
+        Value::Matrices(matrices) => {
+            let rows = matrices
+                .iter()
+                .flat_map(|matrix| matrix.transpose().to_cols_array());
+            kept(py, &[matrices.len(), 4, 4], rows.collect())
+        }
+        Value::Functions(functions) => {
+            let shape = [2, functions.functions, functions.boundaries];
+            let layers = functions.layers.into_iter();
+            let shape: Vec<_> = layers.chain(shape).collect();
+            kept(py, &shape, functions.values.to_vec())
+        }
+        Value::Regions(regions) => {
+            let planes = |planes: &Vec<DVec4>| {
+                let planes: Vec<_> = planes
+                    .iter()
+                    .map(|plane| <(f64, f64, f64, f64)>::from(*plane))
+                    .collect();
+                PyTuple::new(py, planes)
+            };
+            let regions: Vec<_> = regions.iter().map(planes).collect::<PyResult<_>>()?;
+            PyTuple::new(py, regions)?.into_any()
+        }
+        Value::Filter(_) | Value::Maps(_) | Value::Layers(_) => given.clone(),
     })
+}
+
+/// Values as an array that nobody changes.
+fn kept<'py, T: Element>(py: Python<'py>, shape: &[usize], values: Vec<T>) -> Bound<'py, PyAny> {
+    let array = array(py, shape.to_vec(), values).into_bound(py);
+    array.readwrite().make_nonwriteable();
+    array.into_any()
 }

@@ -35,6 +35,7 @@ RULES = ("pytest", "tests/test_parameters.py", "-k", "same_words")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 TWINS = ("cargo", "--lib", "passes::twins")
 HOLES = ("pytest", "tests/test_masks.py")
+GIVEN_LAYERS = ("pytest", "tests/test_given_layers.py")
 CPU_ENGINE = ("cargo", "--lib", "cpu::")
 CHOICE = (
     "pytest", "tests/test_devices.py", "-k",
@@ -74,6 +75,7 @@ ROTATION = "src/fits/rotation.rs"
 ZOOM = "src/fits/improved_paraboloid.rs"
 SPLITS = "src/fits/cascades.rs"
 CHOSEN = "src/fits/scene_optimized.rs"
+GIVEN = "src/fits/given.rs"
 ENGINE = "src/engine.rs"
 EDGES = "shaders/lib/edges.wgsl"
 CPU_VIEW = "src/cpu/view.rs"
@@ -462,6 +464,18 @@ MUTANTS = (
         "scene optimized", "samples at a boundary are all in shadow", CHOSEN,
         "SampleChoice::Boundary => at_boundary(),",
         "SampleChoice::Boundary => visibility[i] == 0.0 || at_boundary(),", SAMPLES,
+    ),
+    Mutant(
+        "given layers", "any light will do", GIVEN,
+        "<= BESIDE_LIGHT,", "<= 2.0,", GIVEN_LAYERS,
+    ),
+    Mutant(
+        "given layers", "a layer is for half of its map", GIVEN,
+        "vec![x, w - x, y, w - y]", "vec![x, w - x * 2.0, y, w - y]", GIVEN_LAYERS,
+    ),
+    Mutant(
+        "given layers", "depths may fall", GIVEN,
+        "is_seen && last < first", "is_seen && last > first", GIVEN_LAYERS,
     ),
     Mutant(
         "texels of a tile", "the last column is left out", TILES,

@@ -1,7 +1,8 @@
 """The shadow methods: a name, or an object that holds a method's parameters.
 
-The set is closed. It is listed once, in the core (`lixel._core.methods()`), with each parameter's
-default and rule; the classes here give it types and documentation, and tests hold them to it.
+The built-in ones are listed once, in the core (`lixel._core.methods()`), with each parameter's
+default and rule; the classes here give them types and documentation, and tests hold them to it.
+`LightMatrix` and `GivenWarp` take what a user has in their place.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from .base import (
     ShadowMapMethod as ShadowMapMethod,
     ShadowMethod as ShadowMethod,
 )
+from .given import LightMatrix as LightMatrix
 from .light_matrices import (
     Focused as Focused,
     LightMatrixMethod as LightMatrixMethod,
@@ -48,6 +50,8 @@ from .published import (
 )
 from .warps import (
     Fit as Fit,
+    FittedWarp as FittedWarp,
+    GivenWarp as GivenWarp,
     NonOrthogonalWarp as NonOrthogonalWarp,
     RectilinearWarp as RectilinearWarp,
     WarpMethod as WarpMethod,
@@ -69,10 +73,11 @@ MapMethod: TypeAlias = (
     | ImprovedParaboloid
 )
 OmnidirectionalMethod: TypeAlias = Cube | DualParaboloid | Spot
-Method: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced | Exact | ShadowVolumes | Auto
+NamedMethod: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced | Exact | ShadowVolumes
+Method: TypeAlias = NamedMethod | Auto | LightMatrix | GivenWarp
 
-METHODS: Mapping[str, type[Method]] = MappingProxyType(
-    {method.name: method for method in get_args(Method) if method is not Auto}
+METHODS: Mapping[str, type[NamedMethod]] = MappingProxyType(
+    {method.name: method for method in get_args(NamedMethod)}
 )
 """Every method by name, but `Auto`, which chooses one of them."""
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..light import Light
 from .base import BoxMethod, RotatedMethod
+from .given import LightMatrix
 from .omnidirectional import Cube, DualParaboloid, Spot
 
 Analysis: TypeAlias = Literal["backward", "forward", "hybrid"]
@@ -47,8 +48,53 @@ class OldMaps(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WarpMethod(BoxMethod, RotatedMethod):
-    """The base class of the warps: the fit of the map, and the importance of receivers.
+class FittedWarp(BoxMethod, RotatedMethod):
+    """The base class of what warps a fitted map.
+
+    Parameters
+    ----------
+    fit : str or LightMatrix
+        The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`, and
+        ``"uniform"`` that of `Uniform`, as Rosen has it (4.1): what no receiver falls in gets no
+        texel by its importance alone;
+        ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
+        axes of the receivers. ``"cascades"``, ``"focused"``, ``"psm"``, ``"plane_optimal"``,
+        ``"lispsm"`` and ``"scene_optimized"`` are the maps of `Cascades`, `Focused`,
+        `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective` and `SceneOptimized` with
+        their defaults; ``"cube"``, ``"dual_paraboloid"``,
+        ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
+        of its receivers. A `LightMatrix` is warped as it is.
+    snap : bool
+        Texel snapping of the map that is warped, see `BoxMethod`; with the fits
+        ``"desired_view"``, ``"cascades"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``; that
+        of ``"uniform"`` holds still anyway.
+    rotation : float, optional
+        Of the map that is warped, see `RotatedMethod`; with the fits ``"desired_view"``,
+        ``"uniform"`` and ``"cascades"``.
+
+    The others are those of `ShadowMapMethod`.
+    """
+
+    fit: Fit | LightMatrix = "desired_view"
+
+    def takes(self, light: Light) -> bool:
+        """Whether the method, with its parameters, is made for the light."""
+        return isinstance(light, _LIGHTS_OF_FITS.get(self._fit_name, self.lights))
+
+    @property
+    def composition(self) -> str:
+        """Its name, or a composition such as ``"cube+notw"``, whatever its other parameters."""
+        fit = self._fit_name
+        return self.name if fit == "desired_view" else f"{fit}+{self.name}"
+
+    @property
+    def _fit_name(self) -> str:
+        return self.fit if isinstance(self.fit, str) else self.fit.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarpMethod(FittedWarp):
+    """The base class of the warps that are made from the importance of receivers.
 
     Parameters
     ----------
@@ -85,24 +131,6 @@ class WarpMethod(BoxMethod, RotatedMethod):
         0 at its top; finite, not negative.
     importance_resolution : int, optional
         Cells along each side of the importance map. None: as many as the map has texels.
-    fit : str
-        The map, or the layers, that are warped. ``"desired_view"`` is that of `DesiredView`, and
-        ``"uniform"`` that of `Uniform`, as Rosen has it (4.1): what no receiver falls in gets no
-        texel by its importance alone;
-        ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
-        axes of the receivers. ``"cascades"``, ``"focused"``, ``"psm"``, ``"plane_optimal"``,
-        ``"lispsm"`` and ``"scene_optimized"`` are the maps of `Cascades`, `Focused`,
-        `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective` and `SceneOptimized` with
-        their defaults; ``"cube"``, ``"dual_paraboloid"``,
-        ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
-        of its receivers.
-    snap : bool
-        Texel snapping of the map that is warped, see `BoxMethod`; with the fits
-        ``"desired_view"``, ``"cascades"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``; that
-        of ``"uniform"`` holds still anyway.
-    rotation : float, optional
-        Of the map that is warped, see `RotatedMethod`; with the fits ``"desired_view"``,
-        ``"uniform"`` and ``"cascades"``.
     previous : Frame, optional
         The previous frame, of the same method. Its importance maps are blended in, so that the warp
         follows the view slowly (Rosen, 5.5). Each layer uses the old layer that lies nearest; what
@@ -111,7 +139,7 @@ class WarpMethod(BoxMethod, RotatedMethod):
     blend : float
         The share of the previous frame, from 0 to 1.
 
-    The others are those of `ShadowMapMethod`. The comparison of two methods ignores their arrays of
+    The others are those of `FittedWarp`. The comparison of two methods ignores their arrays of
     weights and their previous frames.
     """
 
@@ -124,18 +152,8 @@ class WarpMethod(BoxMethod, RotatedMethod):
     pixel_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
     map_weights: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
     importance_resolution: int | None = 512
-    fit: Fit = "desired_view"
     previous: Any = field(default=None, compare=False, repr=False)
     blend: float = 0.5
-
-    def takes(self, light: Light) -> bool:
-        """Whether the method, with its parameters, is made for the light."""
-        return isinstance(light, _LIGHTS_OF_FITS.get(self.fit, self.lights))
-
-    @property
-    def composition(self) -> str:
-        """Its name, or a composition such as ``"cube+notw"``, whatever its other parameters."""
-        return self.name if self.fit == "desired_view" else f"{self.fit}+{self.name}"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "previous", _old_maps(type(self), self.previous))
@@ -273,3 +291,50 @@ class NonOrthogonalWarp(WarpMethod):
     smoothing: float | None = None
     exponent: float = 0.5
     even_share: float = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class GivenWarp(FittedWarp):
+    """A fitted map whose rows and columns are spread by functions of one's own.
+
+    Functions :math:`X_i` of bands of rows take places along ``x``, then functions :math:`Y_j` of
+    bands of columns take them along ``y``, as `warp_points` does it:
+
+    .. math:: x' = X_i(x),\\; i = \\lfloor y n \\rfloor, \\qquad
+              y' = Y_j(y),\\; j = \\lfloor x' n \\rfloor
+
+    `warp_map` returns such functions, of `RectilinearWarp` with n = 1 and of `NonOrthogonalWarp`.
+
+    Limits: the functions belong to the maps that they were made for. With n > 1 the map has a seam
+    wherever neighbouring functions differ.
+
+    Parameters
+    ----------
+    functions : (2, n, cells + 1) or (layers, 2, n, cells + 1) array
+        Along x and along y, n functions each: values at the boundaries of any number of cells,
+        linear in between; from 0 to 1, and nowhere falling. At most as many functions as cells. One
+        array for all layers, or one for each that the fit makes in the view.
+
+    The others are those of `FittedWarp`. The comparison of two methods ignores their arrays.
+
+    Raises
+    ------
+    ValueError
+        Another shape, or functions that fall. From `render`: another number of layers than the fit
+        makes.
+
+    Examples
+    --------
+    >>> twice_as_fine_on_the_left = [[[0, 2 / 3, 1]], [[0, 1 / 2, 1]]]
+    >>> GivenWarp(twice_as_fine_on_the_left, fit="min_sm").composition
+    'min_sm+given_warp'
+    """
+
+    name: ClassVar[str] = "given_warp"
+
+    functions: npt.ArrayLike = field(kw_only=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.functions is None:
+            raise ValueError("functions must be given, got None")
+        super().__post_init__()

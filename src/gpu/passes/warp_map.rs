@@ -192,6 +192,11 @@ impl WarpMap {
         Ok(())
     }
 
+    /// Functions as they are given: they are the first numbers of the table.
+    pub fn set(&self, frame: &mut Recording, values: &[f32]) {
+        frame.write(&self.table, values);
+    }
+
     /// Inverses and envelopes, once the functions along both axes are there.
     pub fn finish(&self, frame: &mut Recording, resolution: u32) {
         let mut dispatches = Vec::new();

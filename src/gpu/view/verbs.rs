@@ -198,6 +198,10 @@ impl<'a> Verbs<'a> for View<'a> {
         warp.fit_maxima(&mut self.frame, axis, resolution, &importance.values, sigma)
     }
 
+    fn set_functions(&mut self, warp: &mut WarpMap, values: &[f32]) {
+        warp.set(&mut self.frame, values);
+    }
+
     fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {
         warp.finish(&mut self.frame, resolution);
     }

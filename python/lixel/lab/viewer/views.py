@@ -143,7 +143,8 @@ class Viewer:
         turned = f", up={self._up!r}" if self._up != "y" else ""
         path = str(Path(self._name).resolve())
         scene = f"lx.scenes.{self._name}()" if is_built_in else f"lx.load({path!r}{turned})"
-        default = type(method)()
+        kind: Any = type(method)
+        default = kind()
         changed = [
             f"{field.name}={getattr(method, field.name)!r}"
             for field in fields(method)
