@@ -74,10 +74,13 @@ from .methods import (
     Spot,
     Uniform,
     method_from,
+    shadow_method,
 )
 from .points import shadows_at
+from .receivers import SeenSurface
 from .reference import Reference, reference
 from .scene import Scene
+from .sequence import render_sequence
 from .warps import importance_map, unwarp_points, warp_map, warp_points
 
 __all__ = [
@@ -116,6 +119,7 @@ __all__ = [
     "Reference",
     "Scene",
     "SceneOptimized",
+    "SeenSurface",
     "ShadowFractions",
     "ShadowVolumes",
     "Spot",
@@ -133,9 +137,11 @@ __all__ = [
     "read_visibility",
     "reference",
     "render",
+    "render_sequence",
     "render_shadows",
     "scenes",
     "shadow_fractions",
+    "shadow_method",
     "shadows_at",
     "study",
     "unwarp_points",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -16,9 +17,9 @@ from .arguments import count, instance
 from .auto import choose, choose_on_cpu
 from .camera import Camera
 from .light import LIGHTS, Light, one_or_several
-from .methods import Auto, Exact, Method, method_from
+from .methods import Auto, Exact, LightMatrix, Method, OwnMethod, method_from
 from .pictures import display
-from .receivers import Receivers
+from .receivers import Receivers, SeenSurface
 from .scene import Scene
 
 Output: TypeAlias = Literal[
@@ -261,7 +262,7 @@ def render_shadows(
     DeviceError
         No adapter, or it lacks what the method needs. The message says the remedy.
     """
-    chosen = _chosen(method, device, parameters, max_error=max_error, max_ms=max_ms)
+    chosen = chosen_method(method, device, parameters, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
     check_view(scene, camera)
     lights, is_list = one_or_several(light)
@@ -301,7 +302,7 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
-    chosen = _chosen(method, device, parameters, max_error=max_error, max_ms=max_ms)
+    chosen = chosen_method(method, device, parameters, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
     [parts] = _parts_of_lights(scene, camera, [light], chosen, on, OUTPUTS)
     outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
@@ -324,7 +325,7 @@ def frame_parts(
 
     Without `culling` nothing is left out, not even what cannot change a picture.
     """
-    chosen = _chosen(method, device)
+    chosen = chosen_method(method, device)
     on = _on(device, threads)
     [parts] = _parts_of_lights(scene, camera, [light], chosen, on, outputs, culling=culling)
     return parts
@@ -343,23 +344,32 @@ def _parts_of_lights(
     """Those of each light. With `Auto` each light has its turn, else they submit work together."""
     check_view(scene, camera, *lights)
 
-    def rendered(
-        lights: Sequence[Light], method: Method, outputs: Sequence[Output]
-    ) -> list[FrameParts]:
-        frames = _core.render(
+    def core(
+        lights: Sequence[Light],
+        name: str,
+        parameters: Mapping[str, Any],
+        outputs: Sequence[Output],
+    ) -> list[_core.Rendered]:
+        return _core.render(
             scene._core,
             camera._core_for(scene),
             [light._core for light in lights],
-            (method.name, method.parameters()),
+            (name, dict(parameters)),
             outputs,
             culling=culling,
             on=on,
         )
+
+    def rendered(
+        lights: Sequence[Light], method: Method, outputs: Sequence[Output]
+    ) -> list[FrameParts]:
         return [
             FrameParts(method, found.visibility, found.timings, found.stats, found.adapter, found)
-            for found in frames
+            for found in core(lights, method.name, method.parameters(), outputs)
         ]
 
+    if isinstance(method, OwnMethod):
+        return _own_parts(scene, camera, lights, method, outputs, core, rendered)
     if not isinstance(method, Auto):
         return rendered(lights, method, outputs)
 
@@ -375,6 +385,34 @@ def _parts_of_lights(
     return [chosen_for(light) for light in lights]
 
 
+def _own_parts(
+    scene: Scene,
+    camera: Camera,
+    lights: Sequence[Light],
+    method: OwnMethod,
+    outputs: Sequence[Output],
+    core: Callable[..., list[_core.Rendered]],
+    rendered: Callable[..., list[FrameParts]],
+) -> list[FrameParts]:
+    """Those of a method of one's own: its function is asked for each light."""
+    found = []
+    seen: list[_core.Rendered] = []
+    for light in lights:
+        # Without a matrix there is no map: what the camera sees is all that is found.
+        seen = seen or core([light], LightMatrix.name, {}, ["triangle_id"])
+        triangle_id = seen[0].triangle_id
+        assert triangle_id is not None
+        start = time.perf_counter()
+        receivers = SeenSurface(triangle_id=triangle_id, scene=scene, camera=camera, light=light)
+        made = method.made(receivers, light, scene)
+        timings = {**seen[0].timings, "python": 1e3 * (time.perf_counter() - start)}
+        [parts] = rendered([light], made, outputs)
+        for label, milliseconds in parts.timings.items():
+            timings[label] = timings.get(label, 0.0) + milliseconds
+        found.append(replace(parts, method=method, timings=timings))
+    return found
+
+
 def _on(device: str | None, threads: SupportsIndex | None) -> tuple[str | None, int | None]:
     """Who renders, and on how many threads."""
     return device, None if threads is None else count("threads", threads)
@@ -385,7 +423,7 @@ def _is_on_gpu(device: str | None) -> bool:
     return _core.engine(device) == "gpu"
 
 
-def _chosen(
+def chosen_method(
     method: str | Method | None,
     device: str | None,
     parameters: Mapping[str, Any] = MappingProxyType({}),

@@ -4,34 +4,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core, image_files
+from .arguments import count
 from .camera import Camera
 from .light import Light
 from .scene import Scene
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Receivers:
-    """The surface in each pixel; arrays are (H, W, ...) with row 0 at the top.
+class SeenSurface:
+    """The surface in each pixel, as a camera sees it; arrays are (H, W, ...) with row 0 at the top.
 
     Points, normals and depths are computed on first use, in float64 on the CPU.
 
     Attributes
     ----------
-    visibility : (H, W) float32
-        1 lit, 0 in shadow, NaN where no surface is seen.
     triangle_id : (H, W) int32
         Row of the scene's `faces`, -1 where no surface is seen.
     scene, camera, light
-        What was rendered.
+        What is rendered.
     """
 
-    visibility: npt.NDArray[np.float32]
     triangle_id: npt.NDArray[np.int32]
     scene: Scene
     camera: Camera
@@ -94,12 +92,6 @@ class Receivers:
         """(H, W) bool: where a surface is seen."""
         return self.triangle_id >= 0
 
-    @property
-    def visibility_in_range(self) -> npt.NDArray[np.float32]:
-        """(H, W) float32: `visibility`, and 0 beyond the `range` of the light, where it has one."""
-        beyond = self.covered & ~self.light.reaches(self.position)
-        return np.where(beyond, np.float32(0.0), self.visibility)
-
     @cached_property
     def facing(self) -> npt.NDArray[np.bool_]:
         """(H, W) bool: where the side of the surface that is seen faces the light and is within
@@ -112,3 +104,61 @@ class Receivers:
             self.light._core,
             self.triangle_id,
         )
+
+    @cached_property
+    def footprint(self) -> npt.NDArray[np.float64]:
+        """(H, W) float64: the area of the surface that a pixel covers, in square world units; NaN
+        where no surface is seen."""
+        sights = self.camera.sights_of(self.position)
+        along = sights @ -self.camera.pose[:3, 2]
+        across = np.einsum("...c,...c->...", sights, self.normal)
+        # As wide as the beam is where a camera of parallel rays sees it.
+        width = 1.0 if self.camera.is_orthographic else self.depth
+        (fx, fy) = self.camera.focal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(width**2 / (fx * fy) * np.abs(along / across))
+
+    def every(self, step: SupportsIndex) -> SeenSurface:
+        """The same of every so many pixels along both axes, beginning in the middle of the first
+        block: nothing is computed for the others."""
+        stride = count("step", step)
+        first = min(stride // 2, self.camera.width - 1, self.camera.height - 1)
+        triangle_id = np.ascontiguousarray(self.triangle_id[first::stride, first::stride])
+        (fx, fy), (cx, cy) = self.camera.focal, self.camera.centre
+        height, width = triangle_id.shape
+        camera = self.camera._replaced(
+            focal=(fx / stride, fy / stride),
+            centre=((cx - first - 0.5) / stride + 0.5, (cy - first - 0.5) / stride + 0.5),
+            width=width,
+            height=height,
+        )
+        self._check_is_current()
+        return SeenSurface(
+            triangle_id=triangle_id, scene=self.scene, camera=camera, light=self.light
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Receivers(SeenSurface):
+    """The surface in each pixel, and whether the light reaches it; arrays are (H, W, ...) with row
+    0 at the top.
+
+    Points, normals and depths are computed on first use, in float64 on the CPU.
+
+    Attributes
+    ----------
+    visibility : (H, W) float32
+        1 lit, 0 in shadow, NaN where no surface is seen.
+    triangle_id : (H, W) int32
+        Row of the scene's `faces`, -1 where no surface is seen.
+    scene, camera, light
+        What was rendered.
+    """
+
+    visibility: npt.NDArray[np.float32]
+
+    @property
+    def visibility_in_range(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32: `visibility`, and 0 beyond the `range` of the light, where it has one."""
+        beyond = self.covered & ~self.light.reaches(self.position)
+        return np.where(beyond, np.float32(0.0), self.visibility)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import itertools
+import marshal
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
@@ -19,7 +20,7 @@ from ..camera import Camera
 from ..default_view import DEFAULT_LIGHT, see_all
 from ..light import LIGHTS, Light
 from ..load import load
-from ..methods import METHODS, Method, method_from
+from ..methods import METHODS, Checked, Method, OwnMethod, method_from
 from ..scene import Scene
 from ..scenes import GENERATORS
 
@@ -77,8 +78,8 @@ def cases_of(
                 continue
             sized = camera if size is None else camera.resized(*size)
             identity = (
-                digest, repr(sized), repr(light), method.name,
-                canonical(method.parameters()), device, _core.__version__, _build(),
+                digest, repr(sized), repr(light), canonical(method), device, _core.__version__,
+                _build(),
             )  # fmt: skip
             key = hashlib.sha256(repr(identity).encode()).hexdigest()[:24]
             yield Case(
@@ -113,7 +114,7 @@ def _variants(
         own = [name for name in values if name in {f.name for f in fields(method)}]
         for combination in itertools.product(*(values[name] for name in own)):
             variant = replace(method, **dict(zip(own, combination, strict=True)))
-            variants.setdefault(repr((variant.name, canonical(variant.parameters()))), variant)
+            variants.setdefault(repr(canonical(variant)), variant)
     return list(variants.values())
 
 
@@ -187,9 +188,20 @@ def canonical(value: Any) -> Any:
         return [canonical(item) for item in value]
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
+    if isinstance(value, Checked):
+        own = canonical(value.function) if isinstance(value, OwnMethod) else None
+        return value.name, own, canonical(value.parameters())
     if inspect.isfunction(value):
-        return value.__qualname__, inspect.getsource(value)
+        return value.__qualname__, _source(value)
     return value
+
+
+def _source(function: Any) -> str | bytes:
+    """What a function does; where its text is in no file, its code."""
+    try:
+        return inspect.getsource(function)
+    except OSError:
+        return marshal.dumps(function.__code__)
 
 
 @cache

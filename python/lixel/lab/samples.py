@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import traceback
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from ..camera import Camera
 from ..compare import compare
 from ..frame import Frame, frame_parts, render
 from ..light import Light
+from ..methods import Method, OwnMethod
 from ..reference import Reference, reference
 from ..scene import Scene
 from .cases import Case, Source, made_scene
@@ -95,9 +97,17 @@ def sample(case: Case, turn: int) -> Record:
         record["date"] = datetime.now(timezone.utc).date().isoformat()
         record["device"], record["driver"] = adapter.get("name", ""), adapter.get("driver", "")
     except (ValueError, DeviceError) as error:
-        record["error"] = f"{type(error).__name__}: {error}"
+        record["error"] = f"{type(error).__name__}: {error}{_place(case.method, error)}"
         record["transient"] = isinstance(error, DeviceError)
     return record
+
+
+def _place(method: Method, error: Exception) -> str:
+    """Where a method of one's own raised an error."""
+    if not isinstance(method, OwnMethod):
+        return ""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f" ({last.filename}, line {last.lineno}, in {last.name})"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 The built-in ones are listed once, in the core (`lixel._core.methods()`), with each parameter's
 default and rule; the classes here give them types and documentation, and tests hold them to it.
-`LightMatrix` and `GivenWarp` take what a user has in their place.
+`LightMatrix`, `GivenWarp` and `shadow_method` take what a user has in their place.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from ..arguments import did_you_mean
 from .auto import Auto as Auto
 from .base import (
     BoxMethod as BoxMethod,
+    Checked as Checked,
     Pcf as Pcf,
     RotatedMethod as RotatedMethod,
     ShadowMapMethod as ShadowMapMethod,
@@ -41,6 +42,11 @@ from .omnidirectional import (
     DualParaboloid as DualParaboloid,
     ImprovedParaboloid as ImprovedParaboloid,
     Spot as Spot,
+)
+from .own import (
+    OWN_METHODS as OWN_METHODS,
+    OwnMethod as OwnMethod,
+    shadow_method as shadow_method,
 )
 from .published import (
     PAPERS as PAPERS,
@@ -74,7 +80,7 @@ MapMethod: TypeAlias = (
 )
 OmnidirectionalMethod: TypeAlias = Cube | DualParaboloid | Spot
 NamedMethod: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced | Exact | ShadowVolumes
-Method: TypeAlias = NamedMethod | Auto | LightMatrix | GivenWarp
+Method: TypeAlias = NamedMethod | Auto | LightMatrix | GivenWarp | OwnMethod
 
 METHODS: Mapping[str, type[NamedMethod]] = MappingProxyType(
     {method.name: method for method in get_args(NamedMethod)}
@@ -130,7 +136,7 @@ def method_from(method: str | Method, /, **parameters: Any) -> Method:
 def _named(method: str | Method) -> Method:
     if isinstance(method, Method):
         return method
-    known = ", ".join(repr(name) for name in (*METHODS, Auto.name))
+    known = ", ".join(repr(name) for name in (*METHODS, *OWN_METHODS, Auto.name))
     if isinstance(method, type) and issubclass(method, ShadowMethod):
         raise TypeError(f"method must be an object, {method.__name__}(), got the class itself")
     if not isinstance(method, str):
@@ -141,6 +147,8 @@ def _named(method: str | Method) -> Method:
         return Auto()
     if method in METHODS:
         return METHODS[method]()
+    if method in OWN_METHODS:
+        return OWN_METHODS[method]()
     plain, separator, paper = (part.strip() for part in method.partition("@"))
     if separator:
         return _published(plain, paper)
@@ -151,7 +159,7 @@ def _named(method: str | Method) -> Method:
     if len(parts) > 1 and not unknown:
         raise ValueError(f"method {method!r} joins what cannot be joined; known: {known}")
     where = f", where {unknown[0]!r} is unknown" if len(parts) > 1 else ""
-    names = (*METHODS, *get_args(Fit), Auto.name)
+    names = (*METHODS, *OWN_METHODS, *get_args(Fit), Auto.name)
     nearest = did_you_mean((unknown or parts)[0], names)
     raise ValueError(f"method must be one of {known}, got {method!r}{where}{nearest}")
 
