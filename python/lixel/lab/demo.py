@@ -17,7 +17,7 @@ from ..pictures import display
 from ..reference import reference
 from ..scene import Scene
 from .options import add_output, add_size, keep
-from .report import progress, status, table
+from .report import progress, status, table, waiting
 from .views import SIZE
 
 AROUND_A_POINT_LIGHT = ("cube", "cube+rtw", "dual_paraboloid", "improved_paraboloid", "ray_traced")
@@ -88,8 +88,9 @@ def evaluate(
 
     # In small first: pipelines are compiled on first use, and a machine that cannot do something
     # says so before the reference takes its time.
-    for method in methods:
-        shadows(camera.resized(64, 64), method)
+    with waiting("making ready"):
+        for method in methods:
+            shadows(camera.resized(64, 64), method)
     # The first frame, in which what depends on the camera alone runs.
     first = shadows(camera, methods[0])
     rendered = [shadows(camera, method) for method in progress([*methods] * repeats, "render")]

@@ -32,7 +32,7 @@ from .options import (
     method_with,
     view_of,
 )
-from .report import progress
+from .report import progress, waiting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,8 @@ def run(options: argparse.Namespace) -> None:
 
 def drawn(scene: Scene, camera: Camera, light: Light, methods: Sequence[Method]) -> Figure:
     """A column for each method."""
-    truth = reference(scene, camera, light)
+    with waiting("reference: casting rays on the CPU"):
+        truth = reference(scene, camera, light)
     shape = camera.height / camera.width
     width = 3.2
     figure = needs("matplotlib.figure", "plot").Figure(

@@ -18,7 +18,7 @@ from ..pictures import plots
 from ..points import shadows_at
 from ..reference import reference
 from .options import PICTURES, add_output, natural
-from .report import status
+from .report import status, waiting
 
 TILT = math.radians(23.44)
 """Of the Earth's axis."""
@@ -51,7 +51,8 @@ def run(options: argparse.Namespace) -> None:
     seen = reference(scene, plan, suns[0])
     points, normals = seen.position[seen.covered], seen.normal[seen.covered]
     start = time.perf_counter()
-    lit = shadows_at(scene, points, suns, normals)
+    with waiting(f"asking {len(points):,} points about {len(suns)} suns"):
+        lit = shadows_at(scene, points, suns, normals)
     seconds = time.perf_counter() - start
     status(
         f"{len(points):,} points, {len(suns)} positions of the sun: {seconds:.2f} s, "

@@ -61,7 +61,7 @@ class Viewer:
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         self._normal = (normal / np.where(length > 0.0, length, 1.0)).astype(np.float32)
         self._centre = corners.mean(axis=1).astype(np.float32)
-        # One picture at a time, so that times are its own.
+        # One render at a time, so that times are its own; what is packed meanwhile is not timed.
         self._turn = threading.Lock()
 
     # --- What is asked for ---
@@ -108,14 +108,13 @@ class Viewer:
             start = time.perf_counter()
             parts = frame_parts(self._scene, camera, light, method, ("triangle_id",))
             rendered = time.perf_counter()
-            picture, numbers = self._picture(parts, camera, light), {}
-            if view.get("truth") is not None:
-                numbers = self._mark(picture, parts, (camera, light), str(view["truth"]))
-            content = _jpeg(picture)
+        picture, numbers = self._picture(parts, camera, light), {}
+        if view.get("truth") is not None:
+            numbers = self._mark(picture, parts, (camera, light), str(view["truth"]))
+        content = _jpeg(picture)
         numbers |= {
             "passes": parts.timings,
             "render_ms": 1e3 * (rendered - start),
-            "frame_ms": 1e3 * (time.perf_counter() - start),
             "device": parts.adapter["name"],
             "method": parts.method.spelling,
         }
@@ -160,7 +159,7 @@ class Viewer:
     # --- Pictures ---
 
     def _picture(self, parts: FrameParts, camera: Camera, light: Light) -> Picture:
-        """As that of a frame, but each triangle has one shade: fast enough to move."""
+        """(H, W, 4): as that of a frame, but each triangle has one shade: fast enough to move."""
         triangle: Any = parts.outputs.triangle_id
         count = len(self._normal)
         is_seen = np.zeros(count + 1, bool)
@@ -179,8 +178,9 @@ class Viewer:
         table[seen, 1, :3] = (shade + 0.3 * np.clip(cosine, 0.0, 1.0))[:, None] * np.array(LIT)
         table[count, :, :3] = BACKGROUND
         colours = table.reshape(-1, 4).view(np.uint32)[:, 0]
-        shown = colours[2 * triangle + (parts.visibility >= 0.5)]
-        return np.ascontiguousarray(shown[..., None].view(np.uint8)[..., :3])
+        shown = colours.take(2 * triangle + (parts.visibility >= 0.5), mode="wrap")
+        picture: Picture = shown[..., None].view(np.uint8)
+        return picture
 
     def _mark(
         self, picture: Picture, parts: FrameParts, view: tuple[Camera, Light], truth: str
@@ -188,18 +188,20 @@ class Viewer:
         """Misclassified pixels in red, and their numbers."""
         if truth not in ("exact", "reference"):
             raise ValueError(f"truth must be 'exact' or 'reference', got {truth!r}")
-        start = time.perf_counter()
         right: Any
-        if truth == "exact":
-            right = frame_parts(self._scene, *view, "exact").visibility
-        else:
-            right = reference(self._scene, *view)
+        with self._turn:
+            start = time.perf_counter()
+            if truth == "exact":
+                right = frame_parts(self._scene, *view, "exact").visibility
+            else:
+                right = reference(self._scene, *view)
+            seconds = time.perf_counter() - start
         found = compare(parts.visibility, right, other_surfaces="count")
-        picture[found.false_lit] = FALSE_LIT
-        picture[found.false_shadow] = FALSE_SHADOW
+        picture[found.false_lit, :3] = FALSE_LIT
+        picture[found.false_shadow, :3] = FALSE_SHADOW
         return {
             "truth": truth,
-            "truth_ms": 1e3 * (time.perf_counter() - start),
+            "truth_ms": 1e3 * seconds,
             "misclassified": found.misclassified_count,
             "covered": found.covered_count,
         }
@@ -229,9 +231,11 @@ def _own(method: Method, name: str) -> Any:
 def _jpeg(picture: Picture) -> bytes:
     from PIL import Image
 
+    height, width, _ = picture.shape
+    image = Image.frombuffer("RGBX", (width, height), picture, "raw", "RGBX", 0, 1)
     stream = io.BytesIO()
     # Colours as finely as greys: a single red pixel stays red.
-    Image.fromarray(picture).save(stream, format="jpeg", quality=88, subsampling=0)
+    image.save(stream, format="jpeg", quality=88, subsampling=0)
     return stream.getvalue()
 
 
