@@ -83,6 +83,8 @@ def test_what_is_public_has_words_and_types(name, value):
 @pytest.mark.parametrize("name", [n for n in lx.__all__ if inspect.isfunction(getattr(lx, n))])
 def test_each_argument_of_a_function_is_described(name):
     function = getattr(lx, name)
-    described = re.findall(r"^(\*{0,2}\w+(?:, \w+)*)(?: : .*)?$", inspect.getdoc(function), re.M)
+    described = re.findall(
+        r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*)(?: : .*)?$", inspect.getdoc(function), re.M
+    )
     words = {word.strip("*") for line in described for word in line.split(", ")}
     assert set(inspect.signature(function).parameters) <= words
