@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import concurrent.futures
+import gc
 import multiprocessing
 import pickle
 import re
 import traceback
+import weakref
 from typing import Any
 
 import numpy as np
@@ -298,3 +300,37 @@ def test_a_sequence_moves_vertices_and_names_what_is_wrong():
         list(lx.render_sequence(scene, [camera] * 3, [SUN] * 2, "exact"))
     with pytest.raises(TypeError, match="parameter of Exact must be one of"):
         lx.render_sequence(scene, [camera], SUN, "exact", colour=1)
+
+
+def test_a_sequence_counts_what_flickers():
+    still = list(lx.render_sequence(SCENE, CAMERA, [SUN] * 2, "exact", flicker=True))
+    assert "changed_pixels" not in still[0].stats
+    assert still[1].stats["changed_pixels"] == 0
+    assert still[1].stats["matched_pixels"] == np.count_nonzero(still[1].covered)
+    path = [CAMERA.posed(CAMERA.pose + 0.004 * i * np.eye(4, k=3)) for i in range(3)]
+    counts = {}
+    for snap in (False, True):
+        method = lx.DesiredView(resolution=64, lookup="depth", snap=snap)
+        frames = list(lx.render_sequence(SCENE, path, SUN, method, flicker=True))[1:]
+        assert all(0 < f.stats["matched_pixels"] <= np.count_nonzero(f.covered) for f in frames)
+        counts[snap] = sum(f.stats["changed_pixels"] for f in frames)
+    # A map on texels that hold still.
+    assert counts[True] < counts[False]
+
+
+@pytest.mark.parametrize("method", ["rtw", "scene_optimized", "own_behind"])
+def test_a_long_sequence_keeps_no_frames(method):
+    if method == "own_behind":
+
+        @lx.shadow_method
+        def own_behind(receivers, light, scene, *, previous=None):
+            return lx.DesiredView()
+
+    path = [CAMERA.resized(32, 18)] * 6
+    alive = []
+    seen: list[weakref.ref[Any]] = []
+    for frame in lx.render_sequence(SCENE, path, SUN, method, resolution=32, flicker=True):
+        seen.append(weakref.ref(frame))
+        gc.collect()
+        alive.append(sum(ref() is not None for ref in seen))
+    assert max(alive) <= 3

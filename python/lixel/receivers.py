@@ -118,6 +118,25 @@ class SeenSurface:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(width**2 / (fx * fy) * np.abs(along / across))
 
+    def pixels_seen_by(
+        self, other: SeenSurface
+    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Pixels, row by row, whose place another image shows, and the pixels of that image.
+
+        The surface in the middle of a pixel is looked up in the other image, where the pixel that
+        it falls in must see the same triangle.
+        """
+        here = np.flatnonzero(self.covered)
+        camera = other.camera
+        places = camera.project(self.position.reshape(-1, 3)[here])
+        column, row = np.floor(places[:, :2].T)
+        inside = (column >= 0) & (column < camera.width)
+        inside &= (row >= 0) & (row < camera.height)
+        here = here[inside]
+        there = (row[inside] * camera.width + column[inside]).astype(np.int64)
+        is_same = other.triangle_id.ravel()[there] == self.triangle_id.ravel()[here]
+        return here[is_same], there[is_same]
+
     def every(self, step: SupportsIndex) -> SeenSurface:
         """The same of every so many pixels along both axes, beginning in the middle of the first
         block: nothing is computed for the others."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
 from typing import Any, SupportsIndex, cast
 
+import numpy as np
 import numpy.typing as npt
 
 from .arguments import instance
@@ -23,6 +24,7 @@ def render_sequence(
     method: str | Method | None = None,
     *,
     vertices: Iterable[npt.ArrayLike] | None = None,
+    flicker: bool = False,
     device: str | None = None,
     threads: SupportsIndex | None = None,
     **parameters: Any,
@@ -43,6 +45,10 @@ def render_sequence(
         As for `render`.
     vertices : iterable of (n, 3) arrays, optional
         Of the scene in each frame, see `Scene.update_vertices`.
+    flicker : bool
+        Count in ``stats``, from the second frame on, the ``matched_pixels``, whose place the frame
+        before shows, too, and the ``changed_pixels`` among them, whose visibility is another now.
+        Shadows that truly move are among these; ``lixel lab flicker`` tells them apart.
 
     Yields
     ------
@@ -85,7 +91,20 @@ def render_sequence(
             )
     if not many:
         raise ValueError("cameras, lights or vertices must be one for each frame, got single ones")
-    return _frames(scene, chosen, one, many, {"device": device, "threads": threads})
+    frames = _frames(scene, chosen, one, many, {"device": device, "threads": threads})
+    return _with_flicker(frames) if flicker else frames
+
+
+def _with_flicker(frames: Iterator[Frame]) -> Iterator[Frame]:
+    last: Frame | None = None
+    for frame in frames:
+        if last is not None:
+            here, there = frame.pixels_seen_by(last)
+            changed = frame.visibility.ravel()[here] != last.visibility.ravel()[there]
+            frame.stats["matched_pixels"] = here.size
+            frame.stats["changed_pixels"] = int(np.count_nonzero(changed))
+        yield frame
+        last = frame
 
 
 def _frames(

@@ -210,15 +210,7 @@ def _changed(images: Sequence[npt.NDArray[Any]], matches: Sequence[Match]) -> fl
 
 def _match(old: Reference, new: Reference) -> Match:
     """Pixels of the new picture, and those of the old one that see the same place; no ties."""
-    counted = [truth.covered & ~truth.tie & ~truth.triangle_tie for truth in (old, new)]
-    here = np.flatnonzero(counted[1])
-    camera = old.camera
-    places = camera.project(new.position.reshape(-1, 3)[here])
-    column, row = np.floor(places[:, :2].T)
-    inside = (column >= 0) & (column < camera.width)
-    inside &= (row >= 0) & (row < camera.height)
-    here = here[inside]
-    there = (row[inside] * camera.width + column[inside]).astype(np.int64)
-    is_same = counted[0].ravel()[there]
-    is_same &= old.triangle_id.ravel()[there] == new.triangle_id.ravel()[here]
-    return here[is_same], there[is_same]
+    of_old, of_new = (~truth.tie & ~truth.triangle_tie for truth in (old, new))
+    here, there = new.pixels_seen_by(old)
+    is_sure = of_new.ravel()[here] & of_old.ravel()[there]
+    return here[is_sure], there[is_sure]
