@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 
 import numpy as np
 import OpenEXR
@@ -232,6 +233,13 @@ def test_info_tells_what_made_a_file(tmp_path, capsys):
     np.save(tmp_path / "a.npy", np.eye(2))
     assert cli.main(["info", str(tmp_path / "a.npy")]) == 2
     assert "must end in .png, .npz or .exr" in capsys.readouterr().err
+
+
+def test_without_openexr_the_remedy_is_told_before_the_work(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    monkeypatch.setattr(cli, "view_of", None)
+    assert cli.main(["render", "plane_and_box", "-o", "x.exr"]) == 2
+    assert "pip install 'lixel[exr]'" in capsys.readouterr().err
 
 
 def test_long_work_says_what_it_is(capsys):

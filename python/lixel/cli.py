@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from . import __version__, completion, image_files
 from ._core import DeviceError
-from .arguments import did_you_mean
+from .arguments import did_you_mean, needs
 from .frame import render
 from .info import info
 from .lab import (
@@ -252,6 +252,8 @@ def _render(options: argparse.Namespace) -> None:
         path_ending_in(*image_files.ENDINGS)(str(options.output))
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"argument -o/--output: {error}") from None
+    if options.output.suffix.lower() == ".exr":
+        needs("OpenEXR", "exr")  # said before the work
     scene, camera, light = view_of(options)
     with waiting(f"rendering by {method.spelling}"):
         frame = render(scene, camera, light, method)
