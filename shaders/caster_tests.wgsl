@@ -13,12 +13,13 @@
 #import lib/receiver_ray
 #import lib/unsure
 #import lib/work_items
+#import pair
 #import warp
 
-@group(0) @binding(5) var<storage, read> tiles: array<u64>;
+@group(0) @binding(5) var<storage, read> tiles: array<Pair>;
 @group(0) @binding(9) var<storage, read> starts: array<u32>;
-@group(0) @binding(13) var<storage, read> listed: array<u64>;
-@group(0) @binding(14) var<storage, read> details: array<u64>;
+@group(0) @binding(13) var<storage, read> listed: array<Pair>;
+@group(0) @binding(14) var<storage, read> details: array<Pair>;
 @group(0) @binding(15) var<storage, read_write> visibility: array<f32>;
 @group(0) @binding(16) var<storage, read_write> tests: atomic<u32>;
 

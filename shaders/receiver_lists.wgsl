@@ -12,6 +12,7 @@
 #import lib/image_tiles
 #import lib/light_grid
 #import lib/receiver_ray
+#import pair
 #import warp
 
 @group(0) @binding(16) var<storage, read_write> visibility: array<f32>;
@@ -22,18 +23,18 @@
 // The same, once they are complete: an atomic load costs several common ones.
 @group(0) @binding(13) var<storage, read> lengths_of_lists: array<u32>;
 // Of each pixel: its texel and its number there.
-@group(0) @binding(4) var<storage, read_write> places: array<u64>;
+@group(0) @binding(4) var<storage, read_write> places: array<Pair>;
 // Two for each receiver: (x, y), (z, margin) in grid space.
-@group(0) @binding(5) var<storage, read_write> listed: array<u64>;
+@group(0) @binding(5) var<storage, read_write> listed: array<Pair>;
 // One for each receiver: (triangle, pixel).
-@group(0) @binding(6) var<storage, read_write> details: array<u64>;
+@group(0) @binding(6) var<storage, read_write> details: array<Pair>;
 @group(0) @binding(7) var<storage, read_write> sums: array<u32>;
 // Three for each tile: least and greatest linear texel, (farthest z, number of receivers).
-@group(0) @binding(8) var<storage, read_write> tiles: array<u64>;
+@group(0) @binding(8) var<storage, read_write> tiles: array<Pair>;
 @group(0) @binding(9) var<storage, read_write> counters: ListCounters;
 
 // Depth and triangle with inverted bits, as the rasterizer stores them.
-@group(0) @binding(17) var<storage, read> shadow_map: array<u64>;
+@group(0) @binding(17) var<storage, read> shadow_map: array<Pair>;
 
 struct ListCounters {
     receivers: u32,

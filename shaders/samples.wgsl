@@ -1,4 +1,5 @@
 // A coarse visibility buffer: every so many pixels of a fine one, as they are.
+#import pair
 
 struct Sampling {
     size: vec2<u32>,            // of the coarse image
@@ -8,8 +9,8 @@ struct Sampling {
 }
 
 @group(0) @binding(0) var<uniform> sampling_uniform: Sampling;
-@group(0) @binding(1) var<storage, read> visibility_buffer: array<u64>;
-@group(0) @binding(2) var<storage, read_write> samples: array<u64>;
+@group(0) @binding(1) var<storage, read> visibility_buffer: array<Pair>;
+@group(0) @binding(2) var<storage, read_write> samples: array<Pair>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {

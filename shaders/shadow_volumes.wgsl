@@ -22,6 +22,7 @@
 #import lib/receivers
 #import lib/triangles
 #import lib/unsure
+#import pair
 
 struct ShadowVolumes {
     // The eye relative to the scene's origin, double-single.
@@ -65,18 +66,22 @@ struct DrawArguments {
 @group(0) @binding(9) var<storage, read> silhouettes: array<Silhouette>;
 @group(0) @binding(13) var<storage, read_write> draw_arguments: DrawArguments;
 // The visibility buffer, zero where a pixel does not face the light.
-@group(0) @binding(14) var<storage, read_write> points: array<u64>;
-@group(0) @binding(15) var<storage, read> asking: array<u64>;
+@group(0) @binding(14) var<storage, read_write> points: array<Pair>;
+@group(0) @binding(15) var<storage, read> asking: array<Pair>;
 @group(0) @binding(16) var<storage, read_write> counts: array<atomic<i32>>;
 @group(0) @binding(17) var<storage, read_write> visibility: array<f32>;
 
 // 6: two triangles, 3: one, where the light is at infinity.
 override vertices_per_side: u32 = 6u;
 
-const NOTHING: u64 = 0xfffffffflu;     // triangle of a pixel without a point, inverted
 // The rasterizer rounds corners to a fraction of a pixel, so that a triangle may cover a pixel beyond its
 // edge. One that is nearer than the point by this share of the depth is such a triangle.
 const NEARER: f32 = 1.0 / 1024.0;
+
+// A triangle is stored with inverted bits, and none has the greatest number.
+fn has_point(key: Pair) -> bool {
+    return first_of(key) != 0u;
+}
 
 // Away from the light.
 fn vector_from_light(receivers: Receivers, p: vec3<f32>) -> vec3<f32> {
@@ -97,7 +102,7 @@ fn find_points(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let receiver = load_receiver(receivers, invocation.x, invocation.y);
     let pixel = invocation.y * receivers.width + invocation.x;
-    points[pixel] = select(0lu, visibility_buffer[pixel], receiver.faces_light);
+    points[pixel] = select(Pair(), visibility_buffer[pixel], receiver.faces_light);
     leave_open_if(receiver.is_at_rim, pixel, receiver.triangle, NO_CASTER);
 }
 
@@ -197,12 +202,12 @@ fn dark_cap(@builtin(vertex_index) index: u32) -> CapCorner {
 fn count_light_cap(cap: CapCorner, @builtin(front_facing) is_front: bool) {
     let place = vec2<u32>(cap.place.xy);
     let pixel = place.y * receivers_uniform.width + place.x;
-    let key = ~asking[pixel];
-    let is_own = u32(key & NOTHING) == cap.triangle;
+    let key = asking[pixel];
+    let is_own = ~first_of(key) == cap.triangle;
     // The fourth component is one over the depth, unless the camera is orthographic.
-    let limit = (1.0 - NEARER) * bitcast<f32>(u32(key >> 32u));
+    let limit = (1.0 - NEARER) * bitcast<f32>(~second_of(key));
     let is_nearer = select(1.0 < limit * cap.place.w, cap.depth < limit, is_orthographic);
-    if (key & NOTHING) != NOTHING && (is_own || !is_nearer) {
+    if has_point(key) && (is_own || !is_nearer) {
         atomicAdd(&counts[pixel], select(1, -1, is_front));
     }
 }
@@ -212,7 +217,7 @@ fn count_light_cap(cap: CapCorner, @builtin(front_facing) is_front: bool) {
 fn count_dark_cap(cap: CapCorner, @builtin(front_facing) is_front: bool) {
     let place = vec2<u32>(cap.place.xy);
     let pixel = place.y * receivers_uniform.width + place.x;
-    if asking[pixel] != 0lu {
+    if has_point(asking[pixel]) {
         atomicAdd(&counts[pixel], select(-1, 1, is_front));
     }
 }
@@ -259,13 +264,13 @@ fn count_side(side: SideCorner, @builtin(front_facing) is_front: bool) {
     let receivers = receivers_uniform;
     let place = vec2<u32>(side.place.xy);
     let pixel = place.y * receivers.width + place.x;
-    let key = ~asking[pixel];
+    let key = asking[pixel];
     let xy = side.place.xy - receivers.centre;
-    let point = point_on_ray(receivers, xy, camera_ray(receivers, xy), bitcast<f32>(u32(key >> 32u)));
+    let point = point_on_ray(receivers, xy, camera_ray(receivers, xy), bitcast<f32>(~second_of(key)));
     let is_inside = dot(side.normal, point - side.on_plane) <= 0.0;
     // A line of sight enters a front beyond the point if the point is outside of its plane, and leaves a
     // back beyond the point if it is inside.
-    if (key & NOTHING) != NOTHING && is_inside != is_front {
+    if has_point(key) && is_inside != is_front {
         atomicAdd(&counts[pixel], select(side.crossings, -side.crossings, is_front));
     }
 }
@@ -279,8 +284,8 @@ fn answer(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let pixel = invocation.y * receivers.width + invocation.x;
-    let is_seen = visibility_buffer[pixel] != 0lu;
+    let is_seen = has_point(visibility_buffer[pixel]);
     let count = atomicLoad(&counts[pixel]) + shadow_volumes_uniform.count_at_infinity;
-    let is_lit = asking[pixel] != 0lu && count <= 0;
+    let is_lit = has_point(asking[pixel]) && count <= 0;
     visibility[pixel] = select(bitcast<f32>(NO_SURFACE), select(0.0, 1.0, is_lit), is_seen);
 }

@@ -13,6 +13,7 @@
 // warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers;
 // a function without any importance is the identity.
 #import lib/invocations
+#import pair
 
 struct WarpAxis {
     functions: u32,
@@ -32,8 +33,8 @@ struct WarpAxis {
 
 @group(0) @binding(0) var<uniform> axis_uniform: WarpAxis;
 @group(0) @binding(1) var<storage, read> counts: array<u32>;
-@group(0) @binding(2) var<storage, read> weights: array<u64>;
-@group(0) @binding(3) var<storage, read_write> smoothed: array<u64>;
+@group(0) @binding(2) var<storage, read> weights: array<Pair>;
+@group(0) @binding(3) var<storage, read_write> smoothed: array<Pair>;
 @group(0) @binding(4) var<storage, read_write> warp_table: array<f32>;
 @group(0) @binding(5) var<storage, read_write> collapsed: array<f32>;
 @group(0) @binding(6) var<storage, read_write> blurred: array<f32>;
@@ -47,7 +48,7 @@ const POWER_UNIT: f32 = 256.0;
 fn widen(invocation: Invocation) {
     let index = index_of_invocation(invocation, GROUP);
     if index < arrayLength(&smoothed) {
-        smoothed[index] = u64(counts[index]);
+        smoothed[index] = pair(counts[index], 0u);
     }
 }
 
@@ -59,17 +60,17 @@ fn smooth_rows(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if cell >= axis.cells {
         return;
     }
-    var sum = 0lu;
+    var sum = Pair();
     for (var i = 0u; i < min(axis.window, axis.rows); i += 1u) {
-        sum += weights[i * axis.cells + cell];
+        sum = sum_of(sum, weights[i * axis.cells + cell]);
     }
     for (var i = 0u; i < axis.rows; i += 1u) {
         let entering = i + axis.window;
         if entering < axis.rows {
-            sum += weights[entering * axis.cells + cell];
+            sum = sum_of(sum, weights[entering * axis.cells + cell]);
         }
         if i > axis.window {
-            sum -= weights[(i - axis.window - 1u) * axis.cells + cell];
+            sum = difference_of(sum, weights[(i - axis.window - 1u) * axis.cells + cell]);
         }
         smoothed[i * axis.cells + cell] = sum;
     }
@@ -84,13 +85,14 @@ fn gather(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let index = invocation.y;
-    var sum = 0lu;
+    var sum = Pair();
     for (var i = index * axis.rows / axis.functions; i < (index + 1u) * axis.rows / axis.functions; i += 1u) {
-        sum += weights[i * axis.cells + cell];
+        sum = sum_of(sum, weights[i * axis.cells + cell]);
     }
     if axis.exponent != 1.0 {
         // Integers again: a sum in another order is the same sum.
-        sum = u64(select(round(POWER_UNIT * pow(f32(sum), axis.exponent)), 0.0, sum == 0lu));
+        let power = round(POWER_UNIT * pow(float_from_integer(sum), axis.exponent));
+        sum = integer_from_float(select(power, 0.0, is_zero(sum)));
     }
     smoothed[index * axis.cells + cell] = sum;
 }
@@ -104,17 +106,17 @@ fn functions_of_counts(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let first = index * axis.cells;
-    var total = 0lu;
+    var total = Pair();
     for (var cell = 0u; cell < axis.cells; cell += 1u) {
-        total += weights[first + cell];
+        total = sum_of(total, weights[first + cell]);
     }
     let start = axis.forward + index * (axis.cells + 1u);
-    var sum = 0lu;
+    var sum = Pair();
     for (var cell = 0u; cell < axis.cells; cell += 1u) {
         let identity = f32(cell) / f32(axis.cells);
-        let equalized = mix(f32(sum) / f32(total), identity, axis.even_share);
-        warp_table[start + cell] = select(equalized, identity, total == 0lu);
-        sum += weights[first + cell];
+        let equalized = mix(float_from_integer(sum) / float_from_integer(total), identity, axis.even_share);
+        warp_table[start + cell] = select(equalized, identity, is_zero(total));
+        sum = sum_of(sum, weights[first + cell]);
     }
     warp_table[start + axis.cells] = 1.0;
 }

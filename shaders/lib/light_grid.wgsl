@@ -3,6 +3,7 @@
 // Grid space: axes of unit length relative to the eye, the third one towards the light. A receiver and a
 // caster are put into grid space alike, and all that is decided there is decided with room for `rounding`.
 #import lib/triangles
+#import pair
 
 struct LightGrid {
     x_axis: vec3<f32>,
@@ -70,20 +71,4 @@ fn corners_in_grid(grid: LightGrid, id: u32) -> array<vec3<f32>, 3> {
         grid_from_offset(grid, offset_from_vertex(vertices.y, grid.eye_high, grid.eye_low)),
         grid_from_offset(grid, offset_from_vertex(vertices.z, grid.eye_high, grid.eye_low)),
     );
-}
-
-fn pair(low: u32, high: u32) -> u64 {
-    return (u64(high) << 32u) | u64(low);
-}
-
-fn first_of(value: u64) -> u32 {
-    return u32(value & 0xfffffffflu);
-}
-
-fn second_of(value: u64) -> u32 {
-    return u32(value >> 32u);
-}
-
-fn floats_of(value: u64) -> vec2<f32> {
-    return vec2<f32>(bitcast<f32>(first_of(value)), bitcast<f32>(second_of(value)));
 }

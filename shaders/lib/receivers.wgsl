@@ -2,6 +2,7 @@
 #import lib/light_sides
 #import lib/normals
 #import lib/rounding
+#import pair
 
 struct Receivers {
     // The camera's rays in world axes: ray(x, y) = ray_x * x + ray_y * y + ray_z in centred pixels, times the depth. Of an
@@ -40,8 +41,8 @@ struct Receivers {
 // Load it once, before any loop, and pass it on: a software driver reads a uniform anew at each use.
 @group(0) @binding(20) var<uniform> receivers_uniform: Receivers;
 // Depth (high half) and triangle with inverted bits, as the rasterizer stores them; 0 where nothing is
-// seen. One 64-bit load costs what a 32-bit one does.
-@group(0) @binding(21) var<storage, read> visibility_buffer: array<u64>;
+// seen.
+@group(0) @binding(21) var<storage, read> visibility_buffer: array<Pair>;
 
 // True where the light has a cone, and where the layer is not for all receivers.
 override has_cone: bool = false;
@@ -101,15 +102,15 @@ fn point_on_ray(receivers: Receivers, place: vec2<f32>, ray: vec3<f32>, depth: f
 // `column` and `row` of a pixel inside the image.
 fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
     let pixel = row * receivers.width + column;
-    let key = ~visibility_buffer[pixel];
-    let triangle = u32(key & 0xfffffffflu);
+    let key = visibility_buffer[pixel];
+    let triangle = ~first_of(key);
     var receiver: Receiver;
     receiver.is_seen = triangle != 0xffffffffu;
     if receiver.is_seen {
         let normal = normal_of_triangle(triangle);
         let xy = vec2<f32>(f32(column), f32(row)) + 0.5 - receivers.centre;
         let ray = camera_ray(receivers, xy);
-        let z = bitcast<f32>(u32(key >> 32u));
+        let z = bitcast<f32>(~second_of(key));
         let from_eye = point_on_ray(receivers, xy, ray, z);
         let from_light = receivers.from_light + receivers.is_local * from_eye;
         // The camera and the light see the same side of the triangle.

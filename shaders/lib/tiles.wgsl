@@ -193,7 +193,7 @@ fn walk(invocation: Invocation) {
         }
         draw_covered(projection, warp, caster, triangle_of_caster(item.triangle), bound, band);
     }
-    if culls_hidden {
+    if culls_hidden && is_last_walk() {
         atomicAdd(&counters.hidden, hidden);
     }
 }

@@ -1,6 +1,7 @@
 // A map of depths and triangles, as target/depth_triangle.wgsl stores them.
+#import pair
 
-@group(0) @binding(5) var<storage, read> shadow_map: array<u64>;
+@group(0) @binding(5) var<storage, read> shadow_map: array<Pair>;
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
 
@@ -10,8 +11,8 @@ struct Stored {
 }
 
 fn load_stored(index: u32) -> Stored {
-    let key = ~shadow_map[index];
-    let triangle = u32(key & 0xfffffffflu);
-    let depth = bitcast<f32>(u32(key >> 32u));
+    let key = shadow_map[index];
+    let triangle = ~first_of(key);
+    let depth = bitcast<f32>(~second_of(key));
     return Stored(select(depth, 3.0e38, triangle == NO_TRIANGLE), triangle);
 }

@@ -1,14 +1,25 @@
 //! The adapters of this machine, and which of them is used.
 
 use crate::error::{Error, Result};
-use wgpu::{Backends, DeviceType, Features};
+use wgpu::{Backends, DeviceType, DownlevelFlags, Features};
 
-/// What the shaders cannot do without: the nearest (depth, triangle) of a texel is one 64-bit maximum.
-pub(super) const REQUIRED_FEATURES: Features =
+/// What the shaders cannot do without; those of fragments and vertices are for shadow volumes.
+const REQUIRED_FLAGS: DownlevelFlags = DownlevelFlags::COMPUTE_SHADERS
+    .union(DownlevelFlags::INDIRECT_EXECUTION)
+    .union(DownlevelFlags::VERTEX_STORAGE)
+    .union(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE);
+
+/// Of all stages of all shaders.
+pub(super) const MAX_STORAGE_BUFFERS: u32 = 10;
+
+/// With them the nearest (depth, triangle) of a texel is one 64-bit maximum; without, the casters are walked twice.
+pub(super) const INTEGERS_OF_64_BITS: Features =
     Features::SHADER_INT64.union(Features::SHADER_INT64_ATOMIC_MIN_MAX);
 
-/// What is used where it is there: times of passes, reading results without a copy, and ray queries.
-const OPTIONAL_FEATURES: Features = Features::TIMESTAMP_QUERY
+/// What is used where it is there: integers of 64 bits, times of passes, reading results without a copy, and ray
+/// queries.
+const USED_FEATURES: Features = INTEGERS_OF_64_BITS
+    .union(Features::TIMESTAMP_QUERY)
     .union(Features::MAPPABLE_PRIMARY_BUFFERS)
     .union(Features::EXPERIMENTAL_RAY_QUERY);
 
@@ -51,11 +62,10 @@ pub fn adapters() -> Vec<AdapterReport> {
 }
 
 fn report(adapter: &wgpu::Adapter) -> AdapterReport {
-    let features = adapter.features();
     AdapterReport {
         adapter: describe(&adapter.get_info()),
-        missing_features: names(REQUIRED_FEATURES - features),
-        used_features: names((REQUIRED_FEATURES | used_features(adapter)) & features),
+        missing_features: missing(adapter),
+        used_features: names(used_features(adapter).unwrap_or_default()),
         limits: adapter.limits(),
     }
 }
@@ -67,15 +77,69 @@ pub(super) fn names(features: Features) -> Vec<String> {
         .collect()
 }
 
-pub(super) fn used_features(adapter: &wgpu::Adapter) -> Features {
+/// What the adapter has of them, but for those that the environment leaves out.
+pub(super) fn used_features(adapter: &wgpu::Adapter) -> Result<Features> {
     let shares_memory = matches!(
         adapter.get_info().device_type,
         DeviceType::Cpu | DeviceType::IntegratedGpu
     );
-    let mut wanted = REQUIRED_FEATURES | OPTIONAL_FEATURES;
+    let mut wanted = USED_FEATURES - left_out()?;
     // Across a bus, reading storage in place is slower than a copy.
-    wanted.set(Features::MAPPABLE_PRIMARY_BUFFERS, shares_memory);
-    wanted & adapter.features()
+    wanted.set(
+        Features::MAPPABLE_PRIMARY_BUFFERS,
+        shares_memory && wanted.contains(Features::MAPPABLE_PRIMARY_BUFFERS),
+    );
+    let used = wanted & adapter.features();
+    // One of the two alone serves nothing.
+    match used.contains(INTEGERS_OF_64_BITS) {
+        true => Ok(used),
+        false => Ok(used - INTEGERS_OF_64_BITS),
+    }
+}
+
+/// Features to do without, as on a device that lacks them: their names, with commas between.
+const WITHOUT: &str = "LIXEL_WITHOUT";
+
+fn left_out() -> Result<Features> {
+    let names = std::env::var(WITHOUT).unwrap_or_default();
+    let names = names
+        .split(',')
+        .map(str::trim)
+        .filter(|name| !name.is_empty());
+    let mut features = Features::empty();
+    for name in names {
+        let feature = USED_FEATURES.iter_names().find(|(known, _)| *known == name);
+        let Some((_, feature)) = feature else {
+            let known = self::names(USED_FEATURES).join(", ");
+            return Err(Error::Value(format!(
+                "{WITHOUT} must name some of {known}, got {name}"
+            )));
+        };
+        features |= feature;
+    }
+    Ok(features)
+}
+
+/// What WebGPU asks of every adapter, and more buffers in a shader.
+fn required_limits() -> wgpu::Limits {
+    wgpu::Limits {
+        max_storage_buffers_per_shader_stage: MAX_STORAGE_BUFFERS,
+        ..wgpu::Limits::default()
+    }
+}
+
+/// What the shaders cannot do without and the adapter lacks, in words.
+pub(super) fn missing(adapter: &wgpu::Adapter) -> Vec<String> {
+    let flags = REQUIRED_FLAGS - adapter.get_downlevel_capabilities().flags;
+    let mut missing: Vec<_> = flags
+        .iter_names()
+        .map(|(name, _)| name.to_string())
+        .collect();
+    let limits = adapter.limits();
+    required_limits().check_limits_with_fail_fn(&limits, false, |name, wanted, allowed| {
+        missing.push(format!("{name} {wanted} (it has {allowed})"));
+    });
+    missing
 }
 
 pub(super) fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {
@@ -133,7 +197,7 @@ pub fn has_hardware() -> bool {
     adapter("").is_ok_and(|adapter| {
         let kind = adapter.get_info().device_type;
         let is_software = matches!(kind, DeviceType::Cpu | DeviceType::Other);
-        !is_software && adapter.features().contains(REQUIRED_FEATURES)
+        !is_software && missing(&adapter).is_empty()
     })
 }
 
@@ -142,7 +206,7 @@ fn ranked_adapters() -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(Backends::all()));
     adapters.sort_by_key(|adapter| {
         let info = adapter.get_info();
-        let is_usable = adapter.features().contains(REQUIRED_FEATURES);
+        let is_usable = missing(adapter).is_empty();
         let kind = match info.device_type {
             DeviceType::DiscreteGpu => 0,
             DeviceType::IntegratedGpu => 1,

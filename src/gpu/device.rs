@@ -1,7 +1,8 @@
 //! The device: one for the process, with its pipelines and its memory.
 
 use super::adapters::{
-    AdapterDescription, HOW_TO_INSTALL, REQUIRED_FEATURES, adapter, describe, names, used_features,
+    AdapterDescription, HOW_TO_INSTALL, INTEGERS_OF_64_BITS, adapter, describe, missing, names,
+    used_features,
 };
 use super::pool::Pool;
 use super::shaders::Shader;
@@ -91,13 +92,13 @@ fn open_device<D, E>(
 impl Gpu {
     pub(super) fn new(adapter: &wgpu::Adapter) -> Result<Self> {
         let description = describe(&adapter.get_info());
-        let missing = REQUIRED_FEATURES - adapter.features();
+        let missing = missing(adapter);
         if !missing.is_empty() {
             return Err(Error::Device(format!(
-                "the adapter {} ({}) lacks {}; {HOW_TO_INSTALL}",
+                "the adapter {} ({}) lacks {}; a newer driver may have it, and device='cpu' renders without a GPU",
                 description.name,
                 description.driver,
-                names(missing).join(", ")
+                missing.join(", ")
             )));
         }
         let limits = adapter.limits();
@@ -113,7 +114,7 @@ impl Gpu {
             }))
         };
         let (features, (device, queue)) =
-            open_device(used_features(adapter), request).map_err(|error| {
+            open_device(used_features(adapter)?, request).map_err(|error| {
                 Error::Device(format!(
                     "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
                     description.name, description.driver
@@ -149,6 +150,11 @@ impl Gpu {
 
     pub fn has_timestamps(&self) -> bool {
         self.features.contains(Features::TIMESTAMP_QUERY)
+    }
+
+    /// Whether shaders have integers of 64 bits, and their atomic maximum.
+    pub fn has_64_bits(&self) -> bool {
+        self.features.contains(INTEGERS_OF_64_BITS)
     }
 
     pub fn has_ray_queries(&self) -> bool {
@@ -358,7 +364,11 @@ impl Gpu {
             })
     }
 
-    fn module(&self, shader: Shader) -> wgpu::ShaderModule {
+    fn module(&self, mut shader: Shader) -> wgpu::ShaderModule {
+        shader.fill(match self.has_64_bits() {
+            true => "pair/u64",
+            false => "pair/vec2u",
+        });
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(shader.file),
             source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
@@ -385,7 +395,7 @@ mod tests {
 
     #[test]
     fn a_driver_that_fails_with_ray_queries_is_used_without() {
-        let wanted = REQUIRED_FEATURES | Features::EXPERIMENTAL_RAY_QUERY;
+        let wanted = INTEGERS_OF_64_BITS | Features::EXPERIMENTAL_RAY_QUERY;
         let mut asked = Vec::new();
         let mut open = |wanted, works: fn(Features) -> bool| {
             asked.clear();
@@ -395,11 +405,11 @@ mod tests {
             });
             (outcome, asked.len())
         };
-        let is_plain = |features| features == REQUIRED_FEATURES;
+        let is_plain = |features| features == INTEGERS_OF_64_BITS;
         assert_eq!(open(wanted, |_| true), (Ok((wanted, ())), 1));
-        assert_eq!(open(wanted, is_plain), (Ok((REQUIRED_FEATURES, ())), 2));
+        assert_eq!(open(wanted, is_plain), (Ok((INTEGERS_OF_64_BITS, ())), 2));
         assert_eq!(open(wanted, |_| false), (Err(()), 2));
-        assert_eq!(open(REQUIRED_FEATURES, |_| false), (Err(()), 1));
+        assert_eq!(open(INTEGERS_OF_64_BITS, |_| false), (Err(()), 1));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! once. Six imports are slots that a pass fills: `#import projection` with one of `projection/`,
 //! `#import warp` with one of `warp/`, `#import caster` with one of `caster/`, `#import mask` with one of
 //! `mask/`, and `#import target` and `#import stored` with one of `target/` and of `stored/`, which write
-//! and read the same texels.
+//! and read the same texels. A seventh, `#import pair`, is filled by what the device has.
 
 macro_rules! file {
     ($name:literal) => {
@@ -52,6 +52,8 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/work_items"),
     file!("mask/alpha"),
     file!("mask/none"),
+    file!("pair/u64"),
+    file!("pair/vec2u"),
     file!("projection/homography"),
     file!("projection/parallel"),
     file!("projection/paraboloid"),
@@ -59,6 +61,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("stored/depth"),
     file!("stored/depth_triangle"),
     file!("target/depth"),
+    file!("target/depth_then_triangle"),
     file!("target/depth_triangle"),
     file!("warp/grid"),
     file!("warp/none"),
@@ -85,13 +88,14 @@ pub const FILES: &[(&str, &str)] = &[
 ];
 
 /// The slots, and what fills each unless a pass says otherwise.
-const SLOTS: [(&str, &str); 6] = [
+const SLOTS: [(&str, &str); 7] = [
     ("projection", "projection/parallel"),
     ("warp", "warp/none"),
     ("caster", "caster/scene"),
     ("target", "target/depth"),
     ("stored", "stored/depth"),
     ("mask", "mask/none"),
+    ("pair", "pair/u64"),
 ];
 
 /// A shader with its slots filled. A slot that the file does not import plays no part.
@@ -171,6 +175,8 @@ fn import(line: &str) -> Option<&str> {
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use crate::gpu::adapters::MAX_STORAGE_BUFFERS;
+    use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
     use std::sync::LazyLock;
 
     /// Every file with entry points, with every filling of its slots, parsed.
@@ -213,10 +219,15 @@ pub mod tests {
         shaders
     }
 
-    /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp.
+    /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp. What stands in for
+    /// integers of 64 bits knows of none of these.
     fn is_possible(shader: Shader) -> bool {
-        let [projection, warp, caster, .., mask] = shader.fillings;
+        let [projection, warp, caster, target, _, mask, pair] = shader.fillings;
         let is_beyond = projection == "projection/parallel" && warp == "warp/none";
+        let is_narrow = pair == "pair/vec2u" || target == "target/depth_then_triangle";
+        if is_narrow && !(projection == "projection/parallel" && mask == "mask/none") {
+            return false;
+        }
         match (shader.file, caster) {
             (_, "caster/pieces") => is_beyond && shader.file == "rasterize" && mask == "mask/none",
             ("rasterize_bands", _) => warp != "warp/none",
@@ -224,19 +235,39 @@ pub mod tests {
         }
     }
 
+    /// With no more than the device has: integers of 64 bits are for the files that are for them.
+    pub fn validated(shader: Shader, module: &naga::Module) -> ModuleInfo {
+        let files = shader.files();
+        let mut capabilities = Capabilities::empty();
+        if files.contains(&"pair/u64") || files.contains(&"target/depth_triangle") {
+            capabilities |= Capabilities::SHADER_INT64;
+        }
+        if files.contains(&"target/depth_triangle") {
+            capabilities |= Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
+        }
+        if shader.file == "ray_queries" {
+            capabilities |= Capabilities::RAY_QUERY;
+        }
+        Validator::new(ValidationFlags::all(), capabilities)
+            .validate(module)
+            .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&shader.compose())))
+    }
+
     #[test]
     fn every_shader_parses_and_validates() {
+        let mut most_buffers = 0;
         for (shader, module) in MODULES.iter() {
-            naga::valid::Validator::new(
-                naga::valid::ValidationFlags::all(),
-                naga::valid::Capabilities::SHADER_INT64
-                    | naga::valid::Capabilities::SHADER_INT64_ATOMIC_MIN_MAX
-                    | naga::valid::Capabilities::RAY_QUERY,
-            )
-            .validate(module)
-            .unwrap_or_else(|e| panic!("{shader:?}: {}", e.emit_to_string(&shader.compose())));
+            let info = validated(*shader, module);
             assert!(!module.entry_points.is_empty(), "{shader:?}");
+            for (i, _) in module.entry_points.iter().enumerate() {
+                let buffers = module.global_variables.iter().filter(|(handle, variable)| {
+                    let is_storage = matches!(variable.space, naga::AddressSpace::Storage { .. });
+                    is_storage && !info.get_entry_point(i)[*handle].is_empty()
+                });
+                most_buffers = most_buffers.max(buffers.count());
+            }
         }
+        assert_eq!(most_buffers, MAX_STORAGE_BUFFERS as usize);
         let used: Vec<_> = MODULES
             .iter()
             .flat_map(|(shader, _)| shader.files())

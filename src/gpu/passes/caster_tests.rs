@@ -56,7 +56,7 @@ pub fn caster_tests(
             prepare_bin: None,
             split: bin.clone(),
             bin,
-            walk,
+            walks: vec![walk],
         };
         counters.push(work_items::record(frame, LABEL, &scene.room, stages)?);
     }

@@ -126,10 +126,6 @@ impl<'a> Drawing<'a> {
             .uniform(&frame.gpu, 0, &self.uniform(scene))
             .constant("culls_by_depth", frame.culls)
             .constant("has_receiver_tiles", self.job.receiver_tiles.is_some())
-            .fill(match self.job.target {
-                Target::Depth => "target/depth",
-                Target::DepthTriangle => "target/depth_triangle",
-            })
             .warp(self.job.warp);
         let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
         match &self.pieces {
@@ -138,6 +134,22 @@ impl<'a> Drawing<'a> {
                 .constant("culls_hidden", culls_hidden)
                 .triangles(scene),
             Some(pieces) => kernel.fill("caster/pieces").bind(1, pieces),
+        }
+    }
+
+    /// The walks that draw the texels: two where the device cannot find the nearest depth and its triangle at once.
+    fn walks(&self, gpu: &Gpu, walk: &Kernel) -> Vec<Kernel> {
+        let walk = |target| walk.clone().fill(target);
+        match self.job.target {
+            Target::Depth => vec![walk("target/depth")],
+            Target::DepthTriangle if gpu.has_64_bits() => vec![walk("target/depth_triangle")],
+            Target::DepthTriangle => {
+                let walk = |before: u32| {
+                    let walk = walk("target/depth_then_triangle");
+                    walk.uniform(gpu, 15, &before)
+                };
+                vec![walk(0), walk(1)]
+            }
         }
     }
 
@@ -227,7 +239,7 @@ pub fn rasterize(
         prepare_bin,
         bin: bin.bind(9, tiles),
         split: drawn.clone().bind(9, tiles).mask_numbers(masks),
-        walk: drawn.bind(5, &texels).masks(masks),
+        walks: drawing.walks(&frame.gpu, &drawn.bind(5, &texels).masks(masks)),
     };
     let room = scene.room.clone();
     let parts = vec![work_items::record(frame, label, &room, stages)?];

@@ -261,3 +261,69 @@ fn a_ray_is_inside_of_the_edges_where_it_meets_the_triangle() {
     }
     assert!(counts.iter().all(|&count| count > 1_000), "{counts:?}");
 }
+
+const INTEGERS: &str = "
+fn integer(i: u32) -> Pair {
+    return pair(u32(inputs[i]) | (u32(inputs[i + 1u]) << 16u), u32(inputs[i + 2u]) | (u32(inputs[i + 3u]) << 16u));
+}
+
+fn digits(value: Pair) -> vec4<f32> {
+    let words = vec2<u32>(first_of(value), second_of(value));
+    return vec4<f32>(words.xxyy >> vec4<u32>(0u, 16u, 0u, 16u) & vec4<u32>(0xffffu));
+}
+
+fn twin(i: u32) -> array<f32, 14> {
+    let a = integer(i);
+    let rounded = float_from_integer(a);
+    let sum = digits(sum_of(a, integer(i + 4u)));
+    let difference = digits(difference_of(a, integer(i + 4u)));
+    let again = digits(integer_from_float(rounded));
+    return array<f32, 14>(
+        sum.x, sum.y, sum.z, sum.w, difference.x, difference.y, difference.z, difference.w,
+        select(0.0, 1.0, is_zero(a)), rounded, again.x, again.y, again.z, again.w,
+    );
+}
+";
+
+/// From low to high.
+fn digits(value: u64) -> [f32; 4] {
+    [0, 16, 32, 48].map(|shift| (value >> shift & 0xffff) as f32)
+}
+
+#[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
+fn pairs_are_integers_of_64_bits() {
+    let mut random = Random(5);
+    // Short ones, and such as are half-way between two numbers of float32, or next to there.
+    let mut integer = || {
+        let bits = random.below(64);
+        let word = |random: &mut Random| random.below(1 << 32) as u64;
+        let any = (word(&mut random) << 32 | word(&mut random)) >> (1 + bits);
+        let half_way = (1u64 << 24 | any & 0xff_ffff) << 1 | 1;
+        match random.below(4) {
+            0 => any,
+            1 => (half_way << (bits % 38)) + random.below(3) as u64 - 1,
+            2 => 1 << bits.min(62),
+            _ => (1 << bits.min(62)) - 1,
+        }
+    };
+    let pairs: Vec<_> = (0..20_000).map(|_| [integer(), integer()]).collect();
+    let cases: Vec<[f32; 8]> = pairs
+        .iter()
+        .map(|pair| std::array::from_fn(|i| digits(pair[i / 4])[i % 4]))
+        .collect();
+    let mut files = vec!["pair/vec2u"];
+    files.extend(gpu::gpu("").unwrap().has_64_bits().then_some("pair/u64"));
+    for file in files {
+        let source = Shader::new(file).compose() + INTEGERS;
+        let found = run_on_device(&source, &cases, &[], 14);
+        for (&[a, b], found) in pairs.iter().zip(found.chunks_exact(14)) {
+            let case = format!("{file} {a:#x} {b:#x}");
+            assert_eq!(found[..4], digits(a.wrapping_add(b)), "{case}");
+            assert_eq!(found[4..8], digits(a.wrapping_sub(b)), "{case}");
+            assert_eq!(found[8], f32::from(u8::from(a == 0)), "{case}");
+            assert_eq!(found[9], a as f32, "{case}");
+            assert_eq!(found[10..], digits(found[9] as u64), "{case}");
+        }
+    }
+}

@@ -143,7 +143,8 @@ pub struct Stages {
     pub prepare_bin: Option<Kernel>,
     pub bin: Kernel,
     pub split: Kernel,
-    pub walk: Kernel,
+    /// One after the other over the same items.
+    pub walks: Vec<Kernel>,
 }
 
 /// New counters, all zero.
@@ -172,23 +173,27 @@ pub fn record(
     let bare = stages.bin.bare();
     // Each time as many workgroups as one invocation finds.
     let groups = frame.storage("workgroups", 12)?;
-    let counted = |prepare: Kernel, stage: Kernel| {
-        let stage = stage.dispatch(Groups::Indirect((*groups).clone(), 0));
-        vec![prepare.bind(8, &groups).dispatch(Groups::ONE), stage]
+    let counted = |prepare: Kernel, stages: Vec<Kernel>| {
+        let mut dispatches = vec![prepare.bind(8, &groups).dispatch(Groups::ONE)];
+        for stage in stages {
+            dispatches.push(stage.dispatch(Groups::Indirect((*groups).clone(), 0)));
+        }
+        dispatches
     };
     let bin = of_stage(stages.bin, "bin");
     let bin = bin.bind(6, &items).bind(7, &coarse_items);
     let size = GROUP * u64::from(per_invocation);
     let mut dispatches = match stages.prepare_bin {
-        Some(prepare) => counted(of_stage(prepare, "prepare_bin"), bin),
+        Some(prepare) => counted(of_stage(prepare, "prepare_bin"), vec![bin]),
         None => vec![bin.dispatch(Groups::Linear(stages.triangles.div_ceil(size)))],
     };
     let prepare_split = of_stage(bare.clone(), "prepare_split").bind(7, &coarse_items);
     let split = of_stage(stages.split, "split").bind(6, &items);
-    dispatches.extend(counted(prepare_split, split.bind(7, &coarse_items)));
+    dispatches.extend(counted(prepare_split, vec![split.bind(7, &coarse_items)]));
     let prepare_walk = of_stage(bare, "prepare_walk").bind(6, &items);
-    let walk = of_stage(stages.walk, "walk").bind(6, &items);
-    dispatches.extend(counted(prepare_walk, walk));
+    let walks = stages.walks.into_iter();
+    let walks = walks.map(|walk| of_stage(walk, "walk").bind(6, &items));
+    dispatches.extend(counted(prepare_walk, walks.collect()));
     frame.pass(label, &dispatches);
     frame.read(Source::Taken(counters), size_of::<Counters>() / 4)
 }
