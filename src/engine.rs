@@ -3,6 +3,7 @@
 use crate::cpu;
 use crate::error::{Error, Result};
 use crate::gpu::{self, AdapterDescription, Gpu};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// Names the device where the caller does not.
@@ -24,9 +25,9 @@ impl Engine {
         if let Some(name) = device.or(variable.as_deref().filter(|name| !name.is_empty())) {
             return Self::named(name);
         }
-        match has_hardware() {
-            true => Ok(Self::Gpu(gpu::gpu("")?)),
-            false => Ok(Self::Cpu),
+        match hardware() {
+            Ok(true) => Ok(Self::Gpu(gpu::gpu("")?)),
+            Ok(false) | Err(_) => Ok(Self::Cpu),
         }
     }
 
@@ -67,10 +68,24 @@ impl Engine {
     }
 }
 
-/// Whether there is a GPU that gives a device; it is not asked again.
-fn has_hardware() -> bool {
-    static HAS_HARDWARE: OnceLock<bool> = OnceLock::new();
-    *HAS_HARDWARE.get_or_init(|| gpu::has_hardware() && gpu::gpu("").is_ok())
+static HARDWARE: OnceLock<std::result::Result<bool, String>> = OnceLock::new();
+
+/// Whether there is a GPU, or what keeps it from use; it is not asked again.
+fn hardware() -> &'static std::result::Result<bool, String> {
+    HARDWARE.get_or_init(|| match gpu::has_hardware() {
+        true => gpu::gpu("")
+            .map(|_| true)
+            .map_err(|error| error.to_string()),
+        false => Ok(false),
+    })
+}
+
+/// Why the CPU renders in place of a GPU that there is. It is said once.
+pub fn reason_for_cpu() -> Option<String> {
+    static IS_SAID: AtomicBool = AtomicBool::new(false);
+    let reason = HARDWARE.get()?.as_ref().err()?;
+    let is_new = !IS_SAID.swap(true, Ordering::Relaxed);
+    is_new.then(|| format!("the CPU engine renders: {reason}"))
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ const USED_FEATURES: Features = INTEGERS_OF_64_BITS
     .union(Features::MAPPABLE_PRIMARY_BUFFERS)
     .union(Features::EXPERIMENTAL_RAY_QUERY);
 
-pub const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
+const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
      (Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
 
 /// Name, type, backend and driver of an adapter: part of every result.
@@ -130,16 +130,21 @@ fn required_limits() -> wgpu::Limits {
 
 /// What the shaders cannot do without and the adapter lacks, in words.
 pub(super) fn missing(adapter: &wgpu::Adapter) -> Vec<String> {
-    let flags = REQUIRED_FLAGS - adapter.get_downlevel_capabilities().flags;
-    let mut missing: Vec<_> = flags
-        .iter_names()
-        .map(|(name, _)| name.to_string())
-        .collect();
-    let limits = adapter.limits();
-    required_limits().check_limits_with_fail_fn(&limits, false, |name, wanted, allowed| {
-        missing.push(format!("{name} {wanted} (it has {allowed})"));
+    let flags = adapter.get_downlevel_capabilities().flags;
+    missing_of(flags, &adapter.limits())
+}
+
+fn missing_of(flags: DownlevelFlags, limits: &wgpu::Limits) -> Vec<String> {
+    let flags = (REQUIRED_FLAGS - flags).iter_names();
+    let mut missing: Vec<_> = flags.map(|(name, _)| name.to_string()).collect();
+    required_limits().check_limits_with_fail_fn(limits, false, |name, wanted, allowed| {
+        missing.push(format!("{name} of {wanted} (it has {allowed})"));
     });
     missing
+}
+
+pub(super) fn lacks(adapter: &AdapterDescription, missing: &[String]) -> Error {
+    unusable(adapter, &format!("lacks {}", missing.join(", ")))
 }
 
 pub(super) fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {
@@ -192,29 +197,98 @@ fn has_name(adapter: &wgpu::Adapter, part: &str) -> bool {
     name.contains(&part.to_lowercase())
 }
 
-/// Whether the best adapter is no software driver, and has what the shaders need.
+/// Whether there is an adapter that is no software driver, of those that the environment leaves.
 pub fn has_hardware() -> bool {
-    adapter("").is_ok_and(|adapter| {
-        let kind = adapter.get_info().device_type;
-        let is_software = matches!(kind, DeviceType::Cpu | DeviceType::Other);
-        !is_software && missing(&adapter).is_empty()
-    })
+    adapter("").is_ok_and(|adapter| !is_software(adapter.get_info().device_type))
 }
 
-/// Vulkan before other backends, discrete GPUs before integrated ones before software.
+fn is_software(kind: DeviceType) -> bool {
+    matches!(kind, DeviceType::Cpu | DeviceType::Other)
+}
+
 fn ranked_adapters() -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(Backends::all()));
     adapters.sort_by_key(|adapter| {
         let info = adapter.get_info();
-        let is_usable = missing(adapter).is_empty();
-        let kind = match info.device_type {
-            DeviceType::DiscreteGpu => 0,
-            DeviceType::IntegratedGpu => 1,
-            DeviceType::VirtualGpu => 2,
-            DeviceType::Cpu => 3,
-            DeviceType::Other => 4,
-        };
-        (!is_usable, kind, info.backend != wgpu::Backend::Vulkan)
+        rank(info.device_type, info.backend, missing(adapter).is_empty())
     });
     adapters
+}
+
+/// Hardware before software, so that a software driver stands in for a GPU only where there is none or where it is
+/// named; then what lacks nothing, discrete GPUs, and Vulkan.
+fn rank(kind: DeviceType, backend: wgpu::Backend, lacks_nothing: bool) -> impl Ord {
+    let order = match kind {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Cpu => 3,
+        DeviceType::Other => 4,
+    };
+    let is_vulkan = backend == wgpu::Backend::Vulkan;
+    (is_software(kind), !lacks_nothing, order, !is_vulkan)
+}
+
+/// What to tell of an adapter that lacks something, or that gives no device.
+pub(super) fn unusable(adapter: &AdapterDescription, what: &str) -> Error {
+    let AdapterDescription { name, driver, .. } = adapter;
+    Error::Device(format!(
+        "the adapter {name} ({driver}) {what}; a newer driver may help, device='cpu' does without a GPU"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::Backend::{Dx12, Metal, Vulkan};
+
+    #[test]
+    fn software_stands_in_for_no_gpu() {
+        let in_order = [
+            (DeviceType::DiscreteGpu, Vulkan, true),
+            (DeviceType::DiscreteGpu, Dx12, true),
+            (DeviceType::IntegratedGpu, Metal, true),
+            (DeviceType::VirtualGpu, Vulkan, true),
+            (DeviceType::DiscreteGpu, Vulkan, false),
+            (DeviceType::IntegratedGpu, Vulkan, false),
+            (DeviceType::Cpu, Vulkan, true),
+            (DeviceType::Other, Vulkan, true),
+            (DeviceType::Cpu, Vulkan, false),
+        ];
+        let mut found = in_order;
+        found.reverse();
+        found.sort_by_key(|&(kind, backend, lacks_nothing)| rank(kind, backend, lacks_nothing));
+        assert_eq!(found, in_order);
+    }
+
+    #[test]
+    fn what_an_adapter_lacks_is_named() {
+        let weak = wgpu::Limits {
+            max_storage_buffers_per_shader_stage: 8,
+            max_texture_dimension_2d: 4096,
+            ..required_limits()
+        };
+        let flags = DownlevelFlags::all() - DownlevelFlags::FRAGMENT_WRITABLE_STORAGE;
+        let lacking = missing_of(flags, &weak);
+        assert_eq!(
+            lacking,
+            [
+                "FRAGMENT_WRITABLE_STORAGE",
+                "max_texture_dimension_2d of 8192 (it has 4096)",
+                "max_storage_buffers_per_shader_stage of 10 (it has 8)",
+            ]
+        );
+        assert!(missing_of(DownlevelFlags::all(), &required_limits()).is_empty());
+        let adapter = AdapterDescription {
+            name: "Iris".to_string(),
+            driver: "its own".to_string(),
+            ..AdapterDescription::default()
+        };
+        let message = lacks(&adapter, &lacking).to_string();
+        assert!(
+            message.starts_with("the adapter Iris (its own) lacks FRAGMENT_"),
+            "{message}"
+        );
+        assert!(!message.contains("install"), "{message}");
+    }
 }

@@ -1,7 +1,7 @@
 //! The device: one for the process, with its pipelines and its memory.
 
 use super::adapters::{
-    AdapterDescription, HOW_TO_INSTALL, INTEGERS_OF_64_BITS, adapter, describe, missing, names,
+    AdapterDescription, INTEGERS_OF_64_BITS, adapter, describe, lacks, missing, names, unusable,
     used_features,
 };
 use super::pool::Pool;
@@ -94,12 +94,7 @@ impl Gpu {
         let description = describe(&adapter.get_info());
         let missing = missing(adapter);
         if !missing.is_empty() {
-            return Err(Error::Device(format!(
-                "the adapter {} ({}) lacks {}; a newer driver may have it, and device='cpu' renders without a GPU",
-                description.name,
-                description.driver,
-                missing.join(", ")
-            )));
+            return Err(lacks(&description, &missing));
         }
         let limits = adapter.limits();
         let request = |features| {
@@ -113,13 +108,8 @@ impl Gpu {
                 ..Default::default()
             }))
         };
-        let (features, (device, queue)) =
-            open_device(used_features(adapter)?, request).map_err(|error| {
-                Error::Device(format!(
-                    "the adapter {} ({}) gives no device: {error}; {HOW_TO_INSTALL}",
-                    description.name, description.driver
-                ))
-            })?;
+        let (features, (device, queue)) = open_device(used_features(adapter)?, request)
+            .map_err(|error| unusable(&description, &format!("gives no device: {error}")))?;
         let error = Arc::new(Mutex::new(None));
         let first_error = error.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {

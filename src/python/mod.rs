@@ -8,7 +8,7 @@ mod world;
 
 use crate::bvh::Everything;
 use crate::cpu;
-use crate::engine::{DEVICE_RULE, Engine};
+use crate::engine::{DEVICE_RULE, Engine, reason_for_cpu};
 use crate::error::Error;
 use crate::gpu;
 use crate::methods::scene_optimized;
@@ -17,9 +17,10 @@ use crate::reference::{self, Reference};
 use crate::scene::Scene;
 use numpy::ndarray::{Array, Dimension, Ix2, StrideShape};
 use numpy::{PyArray, PyReadonlyArray2};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyTuple};
+use std::ffi::CString;
 use std::sync::atomic::{AtomicU32, Ordering};
 use world::{PyCamera, PyLight, PyScene};
 
@@ -245,7 +246,12 @@ fn engine_of(py: Python, device: Option<&Bound<PyAny>>) -> PyResult<Engine> {
         })
     };
     let device = device.map(text).transpose()?;
-    Ok(py.detach(|| Engine::choose(device.as_deref()))?)
+    let engine = py.detach(|| Engine::choose(device.as_deref()))?;
+    if let Some(reason) = reason_for_cpu() {
+        let reason = CString::new(reason).expect("no driver's name has a zero");
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &reason, 1)?;
+    }
+    Ok(engine)
 }
 
 #[pyfunction]
