@@ -14,6 +14,8 @@ pub mod scene_tables;
 pub mod shader_struct;
 pub mod shaders;
 mod tables;
+#[cfg(test)]
+mod translations;
 pub mod unsure;
 pub mod view;
 
