@@ -10,8 +10,8 @@
 @group(0) @binding(2) var<storage, read_write> weights: array<f32>;
 
 const BOUNDARY_BLOCK: u32 = 4u;
-const LIT: u32 = 1u;
-const SHADOWED: u32 = 2u;
+const HAS_LIT: u32 = 1u;
+const HAS_SHADOWED: u32 = 2u;
 
 override boundary_weight: f32 = 20.0;
 
@@ -29,7 +29,7 @@ fn mark(@builtin(global_invocation_id) invocation: vec3<u32>) {
         if column < receivers.width && row < receivers.height {
             if load_receiver(receivers, column, row).faces_light {
                 let is_lit = visibility[row * receivers.width + column] > 0.5;
-                found |= select(SHADOWED, LIT, is_lit);
+                found |= select(HAS_SHADOWED, HAS_LIT, is_lit);
             }
         }
     }
@@ -51,5 +51,5 @@ fn weigh(@builtin(global_invocation_id) invocation: vec3<u32>) {
             found |= marks[y * columns + x];
         }
     }
-    weights[place.y * columns + place.x] = select(1.0, boundary_weight, found == (LIT | SHADOWED));
+    weights[place.y * columns + place.x] = select(1.0, boundary_weight, found == (HAS_LIT | HAS_SHADOWED));
 }

@@ -20,7 +20,7 @@
 @group(0) @binding(9) var<storage, read> starts: array<u32>;
 @group(0) @binding(13) var<storage, read> listed: array<Pair>;
 @group(0) @binding(14) var<storage, read> details: array<Pair>;
-@group(0) @binding(15) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(15) var<storage, read_write> visibility: array<u32>;
 @group(0) @binding(16) var<storage, read_write> tests: atomic<u32>;
 
 // Receivers that a lane tests before it looks for its next row or item; at most 32.
@@ -401,7 +401,7 @@ fn walk(invocation: Invocation) {
                     let met = meeting(in_grid.ray, edges, a, b, c, normal, in_grid.room);
                     let is_own = first_of(detail) == id;
                     if met.is_certain && !is_own && !is_masked(id) {
-                        visibility[second_of(detail)] = 0.0;
+                        visibility[second_of(detail)] = IN_SHADOW;
                     } else if met.is_possible && !is_own {
                         unsure |= 1u << i;
                     }
@@ -412,7 +412,7 @@ fn walk(invocation: Invocation) {
             let pixel = second_of(details[next + firstTrailingBit(unsure)]);
             unsure &= unsure - 1u;
             if shadows_pixel(grid, id, pixel) {
-                visibility[pixel] = 0.0;
+                visibility[pixel] = IN_SHADOW;
             }
         }
         next = min(next + chunk, run_end);

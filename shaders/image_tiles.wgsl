@@ -7,7 +7,7 @@
 #import lib/image_tiles
 #import lib/unsure
 
-@group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(6) var<storage, read_write> visibility: array<u32>;
 // Two for each tile: of the nearest depth the inverted bits, of the farthest the bits; 0 where there is none.
 @group(0) @binding(0) var<storage, read_write> ranges: array<atomic<u32>>;
 // Pixels that see a surface.
@@ -20,10 +20,13 @@
 // Tiles that were listed, and all there are.
 @group(0) @binding(5) var<storage, read_write> counters: vec2<u32>;
 
+fn tiles_of_image(receivers: Receivers) -> vec2<u32> {
+    return (vec2<u32>(receivers.width, receivers.height) + IMAGE_TILE - 1u) / IMAGE_TILE;
+}
+
 // A tile a workgroup.
 @compute @workgroup_size(IMAGE_TILE.x)
-fn begin(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) tiles: vec3<u32>,
-         @builtin(local_invocation_index) local: u32) {
+fn begin(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let first = group.xy * IMAGE_TILE + vec2<u32>(local, 0u);
     var nearest = 0u;
@@ -33,9 +36,9 @@ fn begin(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) tiles
         if first.x < receivers.width {
             let receiver = load_receiver(receivers, first.x, row);
             // In shadow where it faces away, lit until a caster is met.
-            let lit = select(0.0, 1.0, receiver.faces_light);
+            let lit = select(IN_SHADOW, LIT, receiver.faces_light);
             let pixel = row * receivers.width + first.x;
-            visibility[pixel] = select(bitcast<f32>(NO_SURFACE), lit, receiver.is_seen);
+            visibility[pixel] = select(NO_SURFACE, lit, receiver.is_seen);
             leave_open_if(receiver.is_at_rim, pixel, receiver.triangle, NO_CASTER);
             let depth = bitcast<u32>(receiver.depth);
             nearest = max(nearest, select(0u, ~depth, receiver.faces_light));
@@ -47,7 +50,7 @@ fn begin(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) tiles
         atomicAdd(&seen, seen_here);
     }
     if nearest != 0u {
-        let tile = group.y * tiles.x + group.x;
+        let tile = group.y * tiles_of_image(receivers).x + group.x;
         atomicMax(&ranges[2u * tile], nearest);
         atomicMax(&ranges[2u * tile + 1u], farthest);
     }
@@ -59,26 +62,25 @@ var<workgroup> count: atomic<u32>;
 @compute @workgroup_size(LIST_GROUP)
 fn list(@builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
-    let columns = (receivers.width + IMAGE_TILE.x - 1u) / IMAGE_TILE.x;
-    let rows = (receivers.height + IMAGE_TILE.y - 1u) / IMAGE_TILE.y;
-    for (var tile = local; tile < columns * rows; tile += LIST_GROUP) {
+    let size = tiles_of_image(receivers);
+    for (var tile = local; tile < size.x * size.y; tile += LIST_GROUP) {
         let nearest = depth_ranges[2u * tile];
         let depths = vec2<f32>(bitcast<f32>(~nearest), bitcast<f32>(depth_ranges[2u * tile + 1u]));
-        let place = vec2<u32>(tile % columns, tile / columns);
+        let place = vec2<u32>(tile % size.x, tile / size.x);
         if nearest != 0u && meets_region(receivers, place * IMAGE_TILE, depths) {
             listed[atomicAdd(&count, 1u)] = place.x | (place.y << 16u);
         }
     }
     workgroupBarrier();
     let tiles = atomicLoad(&count);
-    let groups_of_tile = IMAGE_TILE.y >> local;
-    if groups_of_tile != 0u {
+    // Beyond 31 a shift begins again.
+    if local <= firstLeadingBit(IMAGE_TILE.y) {
         groups[3u * local] = tiles;
-        groups[3u * local + 1u] = groups_of_tile;
+        groups[3u * local + 1u] = IMAGE_TILE.y >> local;
         groups[3u * local + 2u] = 1u;
     }
     if local == 0u {
-        counters = vec2<u32>(tiles, columns * rows);
+        counters = vec2<u32>(tiles, size.x * size.y);
     }
 }
 

@@ -24,7 +24,7 @@
 #import stored
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
-@group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(6) var<storage, read_write> visibility: array<u32>;
 
 // Texels on each side of the receiver's own: 0, 1 or 2 for 1, 3 x 3 or 5 x 5.
 override reach: i32 = 0;
@@ -68,7 +68,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             if receiver.faces_light {
                 let lit = lit_share(receivers, projection, warp, receiver, vec2<u32>(first.x, row));
                 if lit != UNKNOWN {
-                    visibility[row * receivers.width + first.x] = lit;
+                    visibility[row * receivers.width + first.x] = bitcast<u32>(lit);
                 }
             }
         }

@@ -25,8 +25,7 @@ var<workgroup> reaches: array<f32, EXTREMES * GROUP>;
 var<workgroup> places: array<vec2<f32>, EXTREMES * GROUP>;
 
 @compute @workgroup_size(GROUP)
-fn extremes(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
-            @builtin(local_invocation_index) local: u32) {
+fn extremes(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let receivers = receivers_uniform;
     let projection = projection_uniform;
     var reach: array<f32, EXTREMES>;
@@ -68,7 +67,8 @@ fn extremes(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         for (var i = farthest + 1u; i < (local + 1u) * GROUP; i += 1u) {
             farthest = select(farthest, i, reaches[i] > reaches[farthest]);
         }
-        points[(group.y * groups.x + group.x) * EXTREMES + local] = places[farthest];
+        let columns = (receivers.width + GROUP - 1u) / GROUP;
+        points[(group.y * columns + group.x) * EXTREMES + local] = places[farthest];
     }
 }
 

@@ -15,7 +15,7 @@
 #import pair
 #import warp
 
-@group(0) @binding(16) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(16) var<storage, read_write> visibility: array<u32>;
 // Where the list of each texel begins, and after the last where that ends.
 @group(0) @binding(14) var<storage, read_write> starts: array<u32>;
 // How many receivers each texel has.
@@ -89,7 +89,7 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             }
             places[row * receivers.width + first.x] = place;
             if is_hit {
-                visibility[(grid.first_row + row) * receivers.width + first.x] = 0.0;
+                visibility[(grid.first_row + row) * receivers.width + first.x] = IN_SHADOW;
             }
 
         }

@@ -69,7 +69,7 @@ struct DrawArguments {
 @group(0) @binding(14) var<storage, read_write> points: array<Pair>;
 @group(0) @binding(15) var<storage, read> asking: array<Pair>;
 @group(0) @binding(16) var<storage, read_write> counts: array<atomic<i32>>;
-@group(0) @binding(17) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(17) var<storage, read_write> visibility: array<u32>;
 
 // 6: two triangles, 3: one, where the light is at infinity.
 override vertices_per_side: u32 = 6u;
@@ -287,5 +287,5 @@ fn answer(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let is_seen = has_point(visibility_buffer[pixel]);
     let count = atomicLoad(&counts[pixel]) + shadow_volumes_uniform.count_at_infinity;
     let is_lit = has_point(asking[pixel]) && count <= 0;
-    visibility[pixel] = select(bitcast<f32>(NO_SURFACE), select(0.0, 1.0, is_lit), is_seen);
+    visibility[pixel] = select(NO_SURFACE, select(IN_SHADOW, LIT, is_lit), is_seen);
 }

@@ -23,7 +23,7 @@ struct RayCounters {
 @group(0) @binding(0) var<uniform> light_rays_uniform: LightRays;
 // (vertex, vertex, vertex, triangle), in the order of the search.
 @group(0) @binding(5) var searched_triangles: texture_2d<u32>;
-@group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(6) var<storage, read_write> visibility: array<u32>;
 @group(0) @binding(7) var<storage, read_write> counters: RayCounters;
 
 // Some drivers end a loop in silence after 65,535 iterations.
@@ -67,12 +67,12 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let receiver = load_receiver(receivers, column, row);
-    var lit = select(bitcast<f32>(NO_SURFACE), 0.0, receiver.is_seen);
+    var lit = select(NO_SURFACE, IN_SHADOW, receiver.is_seen);
     let pixel = row * receivers.width + column;
     if receiver.faces_light {
         leave_open_if(receiver.is_at_rim, pixel, receiver.triangle, NO_CASTER);
         let ray = ray_of_receiver(receiver, receivers.is_local > 0.0);
-        lit = select(1.0, 0.0, is_in_shadow(light_rays_uniform, ray, pixel));
+        lit = select(LIT, IN_SHADOW, is_in_shadow(light_rays_uniform, ray, pixel));
     }
     visibility[pixel] = lit;
 }

@@ -65,7 +65,10 @@ struct Receiver {
     triangle: u32,
 }
 
+// What a visibility image holds, as bits: compilers may take it that no float is a NaN.
 const NO_SURFACE: u32 = 0x7fc00000u;   // a quiet NaN
+const LIT: u32 = 0x3f800000u;           // 1
+const IN_SHADOW: u32 = 0u;
 
 // How far a point is inside the cone's surface: what it is for the eye, and what a step from there adds. Of a light far
 // away, or a narrow cone, both are small differences of large distances.

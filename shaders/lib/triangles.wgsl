@@ -20,5 +20,8 @@ fn offset_from_vertex(vertex: u32, origin_high: vec3<f32>, origin_low: vec3<f32>
     if has_low_parts {
         low += textureLoad(positions_low, place, 0).xyz;
     }
-    return (high - origin_high) + low;
+    // In another order the sum would lose the low parts. The compilers of Metal and DirectX take any order, but look for
+    // no sum behind bits: those that are added here are zero, since no scene has so many vertices.
+    let difference = bitcast<vec3<u32>>(high - origin_high) | vec3<u32>(vertex >> 31u);
+    return bitcast<vec3<f32>>(difference) + low;
 }

@@ -164,8 +164,8 @@ pub enum Vertices {
 
 #[derive(Clone)]
 pub enum Groups {
-    /// At least this many workgroups, laid out so that no dimension exceeds the limit; the shader
-    /// takes `group.y * groups.x + group.x` as its index.
+    /// At least this many workgroups, for a shader that counts them along one line
+    /// (`shaders/lib/invocations.wgsl`).
     Linear(u64),
     /// Columns and rows of workgroups.
     Grid(u32, u32),
@@ -175,4 +175,43 @@ pub enum Groups {
 
 impl Groups {
     pub const ONE: Self = Self::Linear(1);
+}
+
+/// Workgroups in a row of those that are counted along one line, as in the shaders.
+pub const GROUPS_OF_ROW: u64 = 32_768;
+
+/// Columns and rows of at least so many workgroups: all rows but a single one are full.
+pub fn rows_of_groups(count: u64) -> [u32; 2] {
+    let columns = count.min(GROUPS_OF_ROW);
+    [columns, count.div_ceil(GROUPS_OF_ROW)].map(|side| side as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::shaders::tests::MODULES;
+    use naga::{Binding, BuiltIn};
+
+    #[test]
+    fn groups_are_counted_without_their_number() {
+        for count in [0, 1, 32_767, 32_768, 32_769, 65_536, 2_000_000] {
+            let [columns, rows] = rows_of_groups(count).map(u64::from);
+            assert!(columns * rows >= count && columns * rows < count + GROUPS_OF_ROW);
+            assert!(rows <= 1 || columns == GROUPS_OF_ROW);
+        }
+        let row = format!("const GROUPS_OF_ROW: u32 = {GROUPS_OF_ROW}u;");
+        assert!(Shader::new("lib/invocations").compose().contains(&row));
+        for (shader, module) in MODULES.iter() {
+            let members = module.types.iter().filter_map(|(_, ty)| match &ty.inner {
+                naga::TypeInner::Struct { members, .. } => Some(members),
+                _ => None,
+            });
+            let of_structs = members.flatten().map(|member| &member.binding);
+            let functions = module.entry_points.iter().map(|entry| &entry.function);
+            let arguments = functions.flat_map(|function| &function.arguments);
+            let mut bindings = of_structs.chain(arguments.map(|argument| &argument.binding));
+            let number = Some(Binding::BuiltIn(BuiltIn::NumWorkGroups));
+            assert!(bindings.all(|binding| *binding != number), "{shader:?}");
+        }
+    }
 }

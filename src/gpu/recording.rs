@@ -2,7 +2,7 @@
 
 use super::device::{Gpu, UNUSED_IMAGE};
 use super::gathering::Member;
-use super::kernel::{Dispatch, Draw, Groups, Vertices};
+use super::kernel::{Dispatch, Draw, Groups, Vertices, rows_of_groups};
 use super::pool::PooledBuffer;
 use crate::error::{Error, Result};
 use crate::stats::{Facts, FactsOfPasses};
@@ -172,9 +172,8 @@ impl Recording {
             pass.set_bind_group(0, bind_group, &[]);
             match dispatch.groups {
                 Groups::Linear(count) => {
-                    let widest = u64::from(self.gpu.limits.max_compute_workgroups_per_dimension);
-                    let rows = count.div_ceil(widest).max(1);
-                    pass.dispatch_workgroups(count.div_ceil(rows) as u32, rows as u32, 1);
+                    let [columns, rows] = rows_of_groups(count);
+                    pass.dispatch_workgroups(columns, rows, 1);
                 }
                 Groups::Grid(columns, rows) => pass.dispatch_workgroups(columns, rows, 1),
                 Groups::Indirect(ref buffer, start) => {

@@ -277,6 +277,31 @@ pub mod tests {
         }
     }
 
+    /// Fast math has none: Metal's compiler may drop what a select of one gives.
+    #[test]
+    fn no_shader_makes_a_nan() {
+        for (shader, module) in MODULES.iter() {
+            let entries = module.entry_points.iter().map(|entry| &entry.function);
+            let functions = module.functions.iter().map(|(_, function)| function);
+            for function in functions.chain(entries) {
+                for (_, expression) in function.expressions.iter() {
+                    let number = match *expression {
+                        naga::Expression::Literal(naga::Literal::F32(number)) => number,
+                        naga::Expression::As { expr, .. } => match function.expressions[expr] {
+                            naga::Expression::Literal(naga::Literal::U32(bits)) => {
+                                f32::from_bits(bits)
+                            }
+                            naga::Expression::Constant(_) => panic!("{shader:?}"),
+                            _ => continue,
+                        },
+                        _ => continue,
+                    };
+                    assert!(!number.is_nan(), "{shader:?}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn no_file_imports_itself_by_way_of_another() {
         let mut finished: Vec<&str> = Vec::new();

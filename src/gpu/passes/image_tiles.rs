@@ -104,3 +104,39 @@ impl InitialImage {
         Ok(tiles)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu;
+    use crate::gpu::passes::inputs::ReceiversUniform;
+    use crate::gpu::recording::Source;
+    use bytemuck::Zeroable;
+
+    #[test]
+    #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
+    fn the_list_ends_with_the_numbers_of_workgroups() {
+        const ROOM: usize = 1024;
+        const UNTOUCHED: u32 = 0xaaaa_aaaa;
+        let gpu = gpu::gpu("").unwrap();
+        let mut frame = Recording::together(&gpu, 1, true).remove(0);
+        let buffer = |bytes| frame.storage("list of no tiles", bytes).unwrap();
+        let (ranges, listed, counters, groups) =
+            (buffer(8), buffer(4), buffer(8), buffer(4 * ROOM as u64));
+        let marks = [UNTOUCHED; ROOM];
+        gpu.queue
+            .write_buffer(&groups, 0, bytemuck::cast_slice(&marks));
+        // An image without pixels.
+        let kernel = Kernel::new("image_tiles").entry("list");
+        let kernel = kernel.uniform(&gpu, 20, &ReceiversUniform::zeroed());
+        let kernel = kernel.constant("is_orthographic", false).bind(1, &ranges);
+        let kernel = kernel.bind(2, &listed).bind(3, &groups).bind(5, &counters);
+        frame.pass(LABEL, &[kernel.dispatch(Groups::ONE)]);
+        let read = frame.read::<u32>(Source::Taken(groups), ROOM).unwrap();
+        let found = frame.submit().unwrap().take(&read).unwrap();
+        let expected = [32, 16, 8, 4, 2, 1].map(|rows| [0, rows, 1]);
+        let end = (CHOICES * BYTES_OF_CHOICE) as usize / 4;
+        assert_eq!(found[..end], *expected.as_flattened());
+        assert!(found[end..].iter().all(|&word| word == UNTOUCHED));
+    }
+}

@@ -269,7 +269,7 @@ fn integer(i: u32) -> Pair {
 
 fn digits(value: Pair) -> vec4<f32> {
     let words = vec2<u32>(first_of(value), second_of(value));
-    return vec4<f32>(words.xxyy >> vec4<u32>(0u, 16u, 0u, 16u) & vec4<u32>(0xffffu));
+    return vec4<f32>((words.xxyy >> vec4<u32>(0u, 16u, 0u, 16u)) & vec4<u32>(0xffffu));
 }
 
 fn twin(i: u32) -> array<f32, 14> {
@@ -298,7 +298,7 @@ fn pairs_are_integers_of_64_bits() {
     let mut integer = || {
         let bits = random.below(64);
         let word = |random: &mut Random| random.below(1 << 32) as u64;
-        let any = (word(&mut random) << 32 | word(&mut random)) >> (1 + bits);
+        let any = (word(&mut random) << 32 | word(&mut random)) >> (1 + bits % 63);
         let half_way = (1u64 << 24 | any & 0xff_ffff) << 1 | 1;
         match random.below(4) {
             0 => any,
