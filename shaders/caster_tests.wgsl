@@ -13,7 +13,7 @@
 #import lib/receiver_ray
 #import lib/unsure
 #import lib/work_items
-#import pair
+#import lib/pairs
 #import warp
 
 @group(0) @binding(5) var<storage, read> tiles: array<Pair>;

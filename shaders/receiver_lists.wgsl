@@ -12,7 +12,7 @@
 #import lib/image_tiles
 #import lib/light_grid
 #import lib/receiver_ray
-#import pair
+#import lib/pairs
 #import warp
 
 @group(0) @binding(16) var<storage, read_write> visibility: array<u32>;

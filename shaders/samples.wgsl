@@ -1,5 +1,5 @@
 // A coarse visibility buffer: every so many pixels of a fine one, as they are.
-#import pair
+#import lib/pairs
 
 struct Sampling {
     size: vec2<u32>,            // of the coarse image

@@ -22,7 +22,7 @@
 #import lib/receivers
 #import lib/triangles
 #import lib/unsure
-#import pair
+#import lib/pairs
 
 struct ShadowVolumes {
     // The eye relative to the scene's origin, double-single.

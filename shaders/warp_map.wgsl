@@ -13,7 +13,7 @@
 // warp_map.rs sees to it. Sums of counts are integers, so that they are exact for any number of receivers;
 // a function without any importance is the identity.
 #import lib/invocations
-#import pair
+#import lib/pairs
 
 struct WarpAxis {
     functions: u32,

@@ -3,7 +3,7 @@
 // Grid space: axes of unit length relative to the eye, the third one towards the light. A receiver and a
 // caster are put into grid space alike, and all that is decided there is decided with room for `rounding`.
 #import lib/triangles
-#import pair
+#import lib/pairs
 
 struct LightGrid {
     x_axis: vec3<f32>,

@@ -2,7 +2,7 @@
 #import lib/light_sides
 #import lib/normals
 #import lib/rounding
-#import pair
+#import lib/pairs
 
 struct Receivers {
     // The camera's rays in world axes: ray(x, y) = ray_x * x + ray_y * y + ray_z in centred pixels, times the depth. Of an

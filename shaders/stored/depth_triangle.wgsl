@@ -1,5 +1,5 @@
 // A map of depths and triangles, as target/depth_triangle.wgsl stores them.
-#import pair
+#import lib/pairs
 
 @group(0) @binding(5) var<storage, read> shadow_map: array<Pair>;
 

@@ -13,12 +13,12 @@ const REQUIRED_FLAGS: DownlevelFlags = DownlevelFlags::COMPUTE_SHADERS
 pub(super) const MAX_STORAGE_BUFFERS: u32 = 10;
 
 /// With them the nearest (depth, triangle) of a texel is one 64-bit maximum; without, the casters are walked twice.
-pub(super) const INTEGERS_OF_64_BITS: Features =
+pub(super) const ATOMICS_OF_64_BITS: Features =
     Features::SHADER_INT64.union(Features::SHADER_INT64_ATOMIC_MIN_MAX);
 
-/// What is used where it is there: integers of 64 bits, times of passes, reading results without a copy, and ray
+/// What is used where it is there: atomics of 64 bits, times of passes, reading results without a copy, and ray
 /// queries.
-const USED_FEATURES: Features = INTEGERS_OF_64_BITS
+const USED_FEATURES: Features = ATOMICS_OF_64_BITS
     .union(Features::TIMESTAMP_QUERY)
     .union(Features::MAPPABLE_PRIMARY_BUFFERS)
     .union(Features::EXPERIMENTAL_RAY_QUERY);
@@ -91,9 +91,9 @@ pub(super) fn used_features(adapter: &wgpu::Adapter) -> Result<Features> {
     );
     let used = wanted & adapter.features();
     // One of the two alone serves nothing.
-    match used.contains(INTEGERS_OF_64_BITS) {
+    match used.contains(ATOMICS_OF_64_BITS) {
         true => Ok(used),
-        false => Ok(used - INTEGERS_OF_64_BITS),
+        false => Ok(used - ATOMICS_OF_64_BITS),
     }
 }
 

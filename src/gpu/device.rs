@@ -1,7 +1,7 @@
 //! The device: one for the process, with its pipelines and its memory.
 
 use super::adapters::{
-    AdapterDescription, INTEGERS_OF_64_BITS, adapter, describe, lacks, missing, names, unusable,
+    ATOMICS_OF_64_BITS, AdapterDescription, adapter, describe, lacks, missing, names, unusable,
     used_features,
 };
 use super::pool::Pool;
@@ -142,9 +142,9 @@ impl Gpu {
         self.features.contains(Features::TIMESTAMP_QUERY)
     }
 
-    /// Whether shaders have integers of 64 bits, and their atomic maximum.
-    pub fn has_64_bits(&self) -> bool {
-        self.features.contains(INTEGERS_OF_64_BITS)
+    /// Whether shaders have the atomic maximum of 64 bits.
+    pub fn has_64_bit_atomics(&self) -> bool {
+        self.features.contains(ATOMICS_OF_64_BITS)
     }
 
     pub fn has_ray_queries(&self) -> bool {
@@ -354,11 +354,7 @@ impl Gpu {
             })
     }
 
-    fn module(&self, mut shader: Shader) -> wgpu::ShaderModule {
-        shader.fill(match self.has_64_bits() {
-            true => "pair/u64",
-            false => "pair/vec2u",
-        });
+    fn module(&self, shader: Shader) -> wgpu::ShaderModule {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(shader.file),
             source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
@@ -385,7 +381,7 @@ mod tests {
 
     #[test]
     fn a_driver_that_fails_with_ray_queries_is_used_without() {
-        let wanted = INTEGERS_OF_64_BITS | Features::EXPERIMENTAL_RAY_QUERY;
+        let wanted = ATOMICS_OF_64_BITS | Features::EXPERIMENTAL_RAY_QUERY;
         let mut asked = Vec::new();
         let mut open = |wanted, works: fn(Features) -> bool| {
             asked.clear();
@@ -395,11 +391,11 @@ mod tests {
             });
             (outcome, asked.len())
         };
-        let is_plain = |features| features == INTEGERS_OF_64_BITS;
+        let is_plain = |features| features == ATOMICS_OF_64_BITS;
         assert_eq!(open(wanted, |_| true), (Ok((wanted, ())), 1));
-        assert_eq!(open(wanted, is_plain), (Ok((INTEGERS_OF_64_BITS, ())), 2));
+        assert_eq!(open(wanted, is_plain), (Ok((ATOMICS_OF_64_BITS, ())), 2));
         assert_eq!(open(wanted, |_| false), (Err(()), 2));
-        assert_eq!(open(INTEGERS_OF_64_BITS, |_| false), (Err(()), 1));
+        assert_eq!(open(ATOMICS_OF_64_BITS, |_| false), (Err(()), 1));
     }
 
     #[test]

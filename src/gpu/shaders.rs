@@ -4,7 +4,7 @@
 //! once. Six imports are slots that a pass fills: `#import projection` with one of `projection/`,
 //! `#import warp` with one of `warp/`, `#import caster` with one of `caster/`, `#import mask` with one of
 //! `mask/`, and `#import target` and `#import stored` with one of `target/` and of `stored/`, which write
-//! and read the same texels. A seventh, `#import pair`, is filled by what the device has.
+//! and read the same texels.
 
 macro_rules! file {
     ($name:literal) => {
@@ -35,6 +35,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/lookup_place"),
     file!("lib/light_sides"),
     file!("lib/normals"),
+    file!("lib/pairs"),
     file!("lib/parallel_rays"),
     file!("lib/parts"),
     file!("lib/pieces"),
@@ -52,8 +53,6 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/work_items"),
     file!("mask/alpha"),
     file!("mask/none"),
-    file!("pair/u64"),
-    file!("pair/vec2u"),
     file!("projection/homography"),
     file!("projection/parallel"),
     file!("projection/paraboloid"),
@@ -88,14 +87,13 @@ pub const FILES: &[(&str, &str)] = &[
 ];
 
 /// The slots, and what fills each unless a pass says otherwise.
-const SLOTS: [(&str, &str); 7] = [
+const SLOTS: [(&str, &str); 6] = [
     ("projection", "projection/parallel"),
     ("warp", "warp/none"),
     ("caster", "caster/scene"),
     ("target", "target/depth"),
     ("stored", "stored/depth"),
     ("mask", "mask/none"),
-    ("pair", "pair/u64"),
 ];
 
 /// A shader with its slots filled. A slot that the file does not import plays no part.
@@ -220,12 +218,12 @@ pub mod tests {
     }
 
     /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp. What stands in for
-    /// integers of 64 bits knows of none of these.
+    /// atomics of 64 bits knows of none of these.
     fn is_possible(shader: Shader) -> bool {
-        let [projection, warp, caster, target, _, mask, pair] = shader.fillings;
+        let [projection, warp, caster, target, _, mask] = shader.fillings;
         let is_beyond = projection == "projection/parallel" && warp == "warp/none";
-        let is_narrow = pair == "pair/vec2u" || target == "target/depth_then_triangle";
-        if is_narrow && !(projection == "projection/parallel" && mask == "mask/none") {
+        let is_plain = projection == "projection/parallel" && mask == "mask/none";
+        if target == "target/depth_then_triangle" && !is_plain {
             return false;
         }
         match (shader.file, caster) {
@@ -235,15 +233,12 @@ pub mod tests {
         }
     }
 
-    /// With no more than the device has: integers of 64 bits are for the files that are for them.
+    /// With no more than every device has, but for what is for some.
     pub fn validated(shader: Shader, module: &naga::Module) -> ModuleInfo {
         let files = shader.files();
         let mut capabilities = Capabilities::empty();
-        if files.contains(&"pair/u64") || files.contains(&"target/depth_triangle") {
-            capabilities |= Capabilities::SHADER_INT64;
-        }
         if files.contains(&"target/depth_triangle") {
-            capabilities |= Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
+            capabilities |= Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
         }
         if shader.file == "ray_queries" {
             capabilities |= Capabilities::RAY_QUERY;

@@ -142,7 +142,9 @@ impl<'a> Drawing<'a> {
         let walk = |target| walk.clone().fill(target);
         match self.job.target {
             Target::Depth => vec![walk("target/depth")],
-            Target::DepthTriangle if gpu.has_64_bits() => vec![walk("target/depth_triangle")],
+            Target::DepthTriangle if gpu.has_64_bit_atomics() => {
+                vec![walk("target/depth_triangle")]
+            }
             Target::DepthTriangle => {
                 let walk = |before: u32| {
                     let walk = walk("target/depth_then_triangle");

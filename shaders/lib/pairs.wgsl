@@ -1,4 +1,5 @@
-// What pair/u64.wgsl is, for devices without integers of 64 bits.
+// Two numbers of 32 bits side by side, and integers of 64 bits, which not every device has. Of an integer the first one
+// is the low half.
 
 alias Pair = vec2<u32>;
 
