@@ -52,7 +52,9 @@ fn widen(invocation: Invocation) {
     }
 }
 
-// A cell an invocation, which slides a window over the rows.
+// Rows of a cell that an invocation slides a window over.
+const ROWS: u32 = 64u;
+
 @compute @workgroup_size(64)
 fn smooth_rows(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let axis = axis_uniform;
@@ -60,16 +62,17 @@ fn smooth_rows(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if cell >= axis.cells {
         return;
     }
+    let first = invocation.y * ROWS;
     var sum = Pair();
-    for (var i = 0u; i < min(axis.window, axis.rows); i += 1u) {
+    for (var i = first - min(axis.window, first); i < min(first + axis.window, axis.rows); i += 1u) {
         sum = sum_of(sum, weights[i * axis.cells + cell]);
     }
-    for (var i = 0u; i < axis.rows; i += 1u) {
+    for (var i = first; i < min(first + ROWS, axis.rows); i += 1u) {
         let entering = i + axis.window;
         if entering < axis.rows {
             sum = sum_of(sum, weights[entering * axis.cells + cell]);
         }
-        if i > axis.window {
+        if i > max(axis.window, first) {
             sum = difference_of(sum, weights[(i - axis.window - 1u) * axis.cells + cell]);
         }
         smoothed[i * axis.cells + cell] = sum;
@@ -97,28 +100,39 @@ fn gather(@builtin(global_invocation_id) invocation: vec3<u32>) {
     smoothed[index * axis.cells + cell] = sum;
 }
 
-// A function an invocation.
-@compute @workgroup_size(8)
-fn functions_of_counts(@builtin(global_invocation_id) invocation: vec3<u32>) {
+var<workgroup> sums: array<Pair, GROUP>;
+
+// A function a workgroup: each invocation adds up a part of the cells, then all those before its own.
+@compute @workgroup_size(GROUP)
+fn functions_of_counts(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let axis = axis_uniform;
-    let index = invocation.x;
-    if index >= axis.functions {
-        return;
+    let first = group.x * axis.cells;
+    let each = (axis.cells + GROUP - 1u) / GROUP;
+    let end = min((local + 1u) * each, axis.cells);
+    var own = Pair();
+    for (var cell = local * each; cell < end; cell += 1u) {
+        own = sum_of(own, weights[first + cell]);
     }
-    let first = index * axis.cells;
-    var total = Pair();
-    for (var cell = 0u; cell < axis.cells; cell += 1u) {
-        total = sum_of(total, weights[first + cell]);
-    }
-    let start = axis.forward + index * (axis.cells + 1u);
+    sums[local] = own;
+    workgroupBarrier();
     var sum = Pair();
-    for (var cell = 0u; cell < axis.cells; cell += 1u) {
+    var total = Pair();
+    for (var i = 0u; i < GROUP; i += 1u) {
+        if i == local {
+            sum = total;
+        }
+        total = sum_of(total, sums[i]);
+    }
+    let start = axis.forward + group.x * (axis.cells + 1u);
+    for (var cell = local * each; cell < end; cell += 1u) {
         let identity = f32(cell) / f32(axis.cells);
         let equalized = mix(float_from_integer(sum) / float_from_integer(total), identity, axis.even_share);
         warp_table[start + cell] = select(equalized, identity, is_zero(total));
         sum = sum_of(sum, weights[first + cell]);
     }
-    warp_table[start + axis.cells] = 1.0;
+    if local == 0u {
+        warp_table[start + axis.cells] = 1.0;
+    }
 }
 
 // ---- rectilinear ----
@@ -161,51 +175,71 @@ fn blur(@builtin(global_invocation_id) invocation: vec3<u32>) {
     blurred[cell] = sum / weight;
 }
 
-// One invocation: there is one function.
-@compute @workgroup_size(1)
-fn function_of_maxima() {
+// Cells that are added up together: a multiple of GROUP, so that an invocation comes back to cells of its own.
+const PART: u32 = 256u;
+var<workgroup> maxima: array<f32, PART>;
+
+// One function: a workgroup moves the numbers, and one invocation adds them up, in the same order everywhere.
+@compute @workgroup_size(GROUP)
+fn function_of_maxima(@builtin(local_invocation_index) local: u32) {
     let axis = axis_uniform;
-    var total = 0.0;
-    for (var cell = 0u; cell < axis.cells; cell += 1u) {
-        warp_table[axis.forward + cell] = total;
-        total += blurred[cell];
+    var sum = 0.0;
+    for (var start = 0u; start < axis.cells; start += PART) {
+        let count = min(PART, axis.cells - start);
+        for (var i = local; i < count; i += GROUP) {
+            maxima[i] = blurred[start + i];
+        }
+        workgroupBarrier();
+        if local == 0u {
+            for (var i = 0u; i < count; i += 1u) {
+                let own = maxima[i];
+                maxima[i] = sum;
+                sum += own;
+            }
+        }
+        workgroupBarrier();
+        for (var i = local; i < count; i += GROUP) {
+            warp_table[axis.forward + start + i] = maxima[i];
+        }
+        workgroupBarrier();
     }
-    for (var cell = 0u; cell < axis.cells; cell += 1u) {
+    if local == 0u {
+        maxima[0] = sum;
+        warp_table[axis.forward + axis.cells] = 1.0;
+    }
+    let total = workgroupUniformLoad(&maxima[0]);
+    for (var cell = local; cell < axis.cells; cell += GROUP) {
         let identity = f32(cell) / f32(axis.cells);
-        let sum = warp_table[axis.forward + cell];
-        warp_table[axis.forward + cell] = select(sum / total, identity, total == 0.0);
+        let before = warp_table[axis.forward + cell];
+        warp_table[axis.forward + cell] = select(before / total, identity, total == 0.0);
     }
-    warp_table[axis.forward + axis.cells] = 1.0;
 }
 
 // ---- both ----
 
-// Inverses at the centres of texels: a function an invocation, which walks both lists once.
-@compute @workgroup_size(8)
+// Inverses at the centres of texels: a texel an invocation, which searches for the first cell that reaches it.
+@compute @workgroup_size(64)
 fn invert(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let axis = axis_uniform;
-    let index = invocation.x;
-    if index >= axis.functions {
+    let texel = invocation.x;
+    if texel >= axis.texels {
         return;
     }
-    let forward = axis.forward + index * (axis.cells + 1u);
-    let inverse = axis.inverse + index * axis.texels;
+    let forward = axis.forward + invocation.y * (axis.cells + 1u);
+    let centre = (f32(texel) + 0.5) / f32(axis.texels);
     var cell = 0u;
-    var a = warp_table[forward];
-    var b = warp_table[forward + 1u];
-    var texel = 0u;
-    while texel < axis.texels {
-        let target_value = (f32(texel) + 0.5) / f32(axis.texels);
-        if b < target_value && cell + 1u < axis.cells {
-            cell += 1u;
-            a = b;
-            b = warp_table[forward + cell + 1u];
-        } else {
-            let part = clamp((target_value - a) / max(b - a, 1e-30), 0.0, 1.0);
-            warp_table[inverse + texel] = (f32(cell) + part) / f32(axis.cells);
-            texel += 1u;
-        }
+    var last = axis.cells - 1u;
+    while cell < last {
+        let middle = (cell + last) / 2u;
+        let is_short = warp_table[forward + middle + 1u] < centre;
+        cell = select(cell, middle + 1u, is_short);
+        last = select(middle, last, is_short);
     }
+    let a = warp_table[forward + cell];
+    let b = warp_table[forward + cell + 1u];
+    let part = clamp((centre - a) / max(b - a, 1e-30), 0.0, 1.0);
+    let inverse = axis.inverse + invocation.y * axis.texels;
+    warp_table[inverse + texel] = (f32(cell) + part) / f32(axis.cells);
 }
 
 // Least and greatest values of blocks of functions: a boundary of a block an invocation.

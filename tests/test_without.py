@@ -46,7 +46,7 @@ def seen() -> Iterator[tuple[str, tuple[lx.Scene, lx.Camera, lx.Light, lx.Method
             method = replace(method, resolution=96)
         for light in lights:
             if method.takes(light):
-                yield f"{method} {light.kind}", (scene, camera, light, method)
+                yield f"{method} {type(light).__name__}", (scene, camera, light, method)
 
 
 def digests() -> dict[str, list[str]]:

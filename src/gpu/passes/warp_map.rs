@@ -12,6 +12,9 @@ pub const LABEL: &str = "warp map";
 /// Functions that share an envelope, as in the shaders.
 const BLOCK: u32 = 16;
 
+/// Rows that an invocation smooths, as in the shader.
+const ROWS: u32 = 64;
+
 /// A warp by functions along rows and columns, see `shaders/warp/grid.wgsl`.
 pub struct WarpMap {
     pub table: PooledBuffer,
@@ -152,12 +155,13 @@ impl WarpMap {
         };
         let mut dispatches = vec![widen.bind(3, &one).dispatch(by_weight)];
         if window > 0 {
-            dispatches.push(adding("smooth_rows", &one, &two, 1));
-            dispatches.push(adding("smooth_rows", &two, &one, 1));
+            let blocks = rows.div_ceil(ROWS);
+            dispatches.push(adding("smooth_rows", &one, &two, blocks));
+            dispatches.push(adding("smooth_rows", &two, &one, blocks));
         }
         dispatches.push(adding("gather", &one, &two, functions));
         let fit = with_axis.entry("functions_of_counts").bind(2, &two);
-        let by_function = Groups::Grid(functions.div_ceil(8), 1);
+        let by_function = Groups::Grid(functions, 1);
         dispatches.push(fit.bind(4, &self.table).dispatch(by_function));
         frame.pass(LABEL, &dispatches);
         Ok(())
@@ -203,11 +207,11 @@ impl WarpMap {
         for axis in [Axis::X, Axis::Y] {
             let uniform = self.axis(axis, resolution, 0, 1.0);
             let (functions, boundaries) = (uniform.functions, uniform.cells + 1);
-            let by_function = Groups::Grid(functions.div_ceil(8), 1);
+            let by_texel = Groups::Grid(resolution.div_ceil(64), functions);
             let by_boundary = Groups::Grid(boundaries.div_ceil(64), functions.div_ceil(BLOCK));
             let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
             let kernel = kernel.bind(4, &self.table);
-            dispatches.push(kernel.clone().entry("invert").dispatch(by_function));
+            dispatches.push(kernel.clone().entry("invert").dispatch(by_texel));
             dispatches.push(kernel.entry("envelope").dispatch(by_boundary));
         }
         frame.pass(LABEL, &dispatches);
