@@ -17,8 +17,7 @@ import lixel as lx
 
 pytestmark = pytest.mark.not_on_cpu("it leaves out what an adapter has")
 
-INTEGERS = ("SHADER_INT64", "SHADER_INT64_ATOMIC_MIN_MAX")
-OTHERS = ("TIMESTAMP_QUERY", "MAPPABLE_PRIMARY_BUFFERS")
+LEFT_OUT = ("SHADER_INT64_ATOMIC_MIN_MAX", "TIMESTAMP_QUERY", "MAPPABLE_PRIMARY_BUFFERS")
 MORE_METHODS = (
     "cube+notw", "dual_paraboloid+rtw", "lispsm+rtw",
     lx.RectilinearWarp(analysis="forward"),
@@ -61,17 +60,29 @@ def digests() -> dict[str, list[str]]:
     return found
 
 
-def _leave_out(features: tuple[str, ...]) -> None:
-    os.environ["LIXEL_WITHOUT"] = ",".join(features)
+def _leave_out(features: str) -> None:
+    os.environ["LIXEL_WITHOUT"] = features
+
+
+def process_without(features: str) -> ProcessPoolExecutor:
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(1, context, initializer=_leave_out, initargs=(features,))
 
 
 def test_without_what_not_every_gpu_has_frames_are_the_same():
-    """No 64-bit integers and atomics, no times, no memory that both sides read: as on other GPUs."""
-    left_out = (*INTEGERS, *OTHERS)
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, context, initializer=_leave_out, initargs=(left_out,)) as pool:
+    """No 64-bit atomics, no times, and no memory that both sides read: as on other GPUs."""
+    with process_without(",".join(LEFT_OUT)) as pool:
         there = pool.submit(digests)
         info = pool.submit(lx.info)
         here = digests()
         assert here == there.result(timeout=300)
-        assert not set(left_out) & set(info.result(timeout=300).device["used_features"])
+        found = info.result(timeout=300)
+    assert not found.adapters[0]["missing_features"]
+    assert not {*LEFT_OUT, "SHADER_INT64"} & set(found.device["used_features"])
+
+
+def test_a_feature_that_there_is_not_is_refused(view):
+    with process_without("TIMESTAMPS") as pool:
+        drawn = pool.submit(lx.render_shadows, *view, "uniform")
+        with pytest.raises(ValueError, match=r"LIXEL_WITHOUT must name .*, got TIMESTAMPS"):
+            drawn.result(timeout=300)
