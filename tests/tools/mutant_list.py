@@ -198,8 +198,8 @@ MUTANTS = (
     ),
     Mutant(
         "choice of engine", "a software driver comes before the CPU engine", ENGINE,
-        "match has_hardware() {",
-        "match true {", CHOICE,
+        "Ok(false) | Err(_) => Ok(Self::Cpu),",
+        'Ok(false) | Err(_) => Ok(Self::Gpu(gpu::gpu("")?)),', CHOICE,
     ),
     Mutant(
         "CPU engine", "an eye is in no shadow volume", CPU_VOLUMES,
@@ -227,9 +227,19 @@ MUTANTS = (
         "weights.x), weights.x);", TWINS,
     ),
     Mutant(
+        "twins", "a carry is lost", "shaders/lib/pairs.wgsl",
+        "select(0u, 1u, low < a.x)",
+        "0u", TWINS,
+    ),
+    Mutant(
+        "two walks", "the second one takes any triangle", "shaders/target/depth_then_triangle.wgsl",
+        "index + 1u]) == key {",
+        "index + 1u]) != 0u {", ("pytest", "tests/test_without.py"),
+    ),
+    Mutant(
         "twins", "an inverse ends in the next cell", TABLES,
-        "if b < target_value && cell + 1u",
-        "if b <= target_value && cell + 1u", TWINS,
+        "warp_table[forward + middle + 1u] < centre;",
+        "warp_table[forward + middle + 1u] <= centre;", TWINS,
     ),
     Mutant(
         "exact", "grid space decides what it does not know", CASTERS,
@@ -331,13 +341,13 @@ MUTANTS = (
     ),
     Mutant(
         "warp inverse", "takes a texel's corner for its centre", TABLES,
-        "let target_value = (f32(texel) + 0.5) / f32(axis.texels);",
-        "let target_value = f32(texel) / f32(axis.texels);", WARPS,
+        "let centre = (f32(texel) + 0.5) / f32(axis.texels);",
+        "let centre = f32(texel) / f32(axis.texels);", WARPS,
     ),
     Mutant(
         "warp inverse", "stops a cell early", TABLES,
-        "if b < target_value && cell + 1u < axis.cells",
-        "if b < target_value && cell + 2u < axis.cells", WARPS,
+        "var last = axis.cells - 1u;",
+        "var last = max(axis.cells, 2u) - 2u;", WARPS,
     ),
     Mutant(
         "warp inverse", "takes the row from the warped map", GRID,
