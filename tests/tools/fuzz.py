@@ -236,6 +236,37 @@ def core(r: random.Random) -> None:
         _core.surface(s._core, arguments[1], value(r))
 
 
+def given(r: random.Random) -> None:
+    """Light matrices and warps of one's own, many of them nearly right."""
+    g = np.random.default_rng(r.getrandbits(32))
+    bent = np.eye(4)
+    bent[np.ix_([0, 1, 3], [0, 1, 3])] += 10.0 ** r.uniform(-6, 3) * g.normal(size=(3, 3))
+    matrix = r.choice(
+        [
+            array(r, [4, 4]),
+            MATRIX * 10.0 ** r.uniform(-320, 300),
+            MATRIX + 10.0 ** r.uniform(-12, 0) * g.normal(size=(4, 4)),
+            MATRIX[g.permutation(4)],
+            bent @ MATRIX,
+            [bent @ MATRIX, MATRIX],
+        ]
+    )
+    planes = 10.0 ** r.uniform(-200, 200) * g.normal(size=(r.randrange(6), 4))
+    regions = r.choice([None, None, [planes], [planes, []], value(r)])
+    made: Any = lx.LightMatrix(matrix, regions=regions, resolution=r.choice([1, 33]))
+    functions = np.sort(g.random((2, r.randint(1, 4), r.randint(2, 9))), axis=-1)
+    functions[..., 0], functions[..., -1] = 0.0, r.choice([1.0, 1.0, 2.0, np.nan])
+    kind = r.randrange(4)
+    if kind == 1:
+        made = lx.NonOrthogonalWarp(fit=made, resolution=33, importance_resolution=8)
+    elif kind == 2:
+        made = lx.GivenWarp(functions, fit=r.choice([made, "lispsm"]), resolution=33)
+    elif kind == 3:
+        made = lx.GivenWarp(array(r, r.choice([[2, 3, 5], [1, 2, 3, 5]])), resolution=33)
+    visibility = lx.render(*VIEW, made, device="cpu").visibility
+    assert (np.isnan(visibility) | (visibility == 0.0) | (visibility == 1.0)).all()
+
+
 def compared(r: random.Random) -> None:
     shape = [r.randint(0, 4), r.randint(0, 4)]
     lx.compare(
@@ -413,10 +444,11 @@ VIEW = (
     lx.Camera.look_at((4, 5, 8), (0, 0.5, 0), yfov=0.9, width=8, height=6),
     lx.DirectionalLight((1.0, -1.5, -0.5)),
 )
+MATRIX = lx.LightMatrix.of(lx.render(*VIEW, "lispsm", device="cpu")).matrix[0]
 WARP = np.linspace(0.0, 1.0, 5)[None].repeat(6, axis=0).reshape(2, 3, 5)
 FOLDER = Path(tempfile.mkdtemp(prefix="lixel-fuzz-"))
 
-QUICK = (scene, layouts, camera, light, method, core, compared, arguments, points)
+QUICK = (scene, layouts, camera, light, method, core, given, compared, arguments, points)
 SLOW = (file, picture)
 
 
