@@ -113,12 +113,15 @@ fn check(setting: Setting, matrix: DMat4, name: &str) -> Result<()> {
         "{name} must be invertible: rows x, y and w must not follow from each other, got {}",
         shown(matrix)
     );
+    let rays_of_light = match setting.light.position() {
+        Some(position) => format!("meet at {position}"),
+        None => format!("run along {}", light.truncate()),
+    };
     let beside = rows.map(|row| row.dot(light.normalize()).abs());
     ensure_value!(
         beside.into_iter().fold(0.0, f64::max) <= BESIDE_LIGHT,
-        "{name} must send every point of a light's ray to one place of the map: the light's rays {}, and those of the \
-         matrix {}",
-        rays_in_words(light, middle, size),
+        "{name} must send every point of a light's ray to one place of the map: the light's rays {rays_of_light}, and those \
+         of the matrix {}",
         rays_in_words(meeting, middle, size)
     );
     let (depth, w) = (scaled.row(2), scaled.row(3));
@@ -234,5 +237,57 @@ fn even(projection: Projection) -> Projection {
         near: projection.near - depth,
         far: projection.far - depth,
         ..projection
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::Homography;
+    use glam::DMat3;
+
+    #[test]
+    fn rows_send_nowhere_what_is_across_all_of_them() {
+        let rows = [
+            DVec4::new(1.0, 2.0, -0.5, 0.3),
+            DVec4::new(0.2, -1.0, 4.0, 1.0),
+            DVec4::new(-3.0, 0.1, 0.7, 2.0),
+        ];
+        let meeting = across(rows);
+        assert!(rows.iter().all(|row| row.dot(meeting).abs() < 1e-12));
+        let volume = DMat4::from_cols(rows[0], rows[1], rows[2], meeting).determinant();
+        assert!((volume.abs() / meeting.length_squared() - 1.0).abs() < 1e-12);
+        assert!(across([rows[0], rows[1], rows[0] - rows[1]]).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_homography_without_a_perspective_is_left_out() {
+        let matrix = DMat3::from_cols_array(&[40.0, 3.0, 0.0, -5.0, 30.0, 0.0, 7.0, -2.0, 2.0]);
+        let map = |matrix| Projection {
+            kind: Homography::new(matrix, 10.0).into(),
+            origin: DVec3::new(3.0, -2.0, 5.0),
+            x_axis: DVec3::X,
+            y_axis: DVec3::Z,
+            z_axis: DVec3::NEG_Y,
+            centre: DVec2::splat(32.0),
+            width: 64,
+            height: 64,
+            near: -4.0,
+            far: 9.0,
+            normalizes_depth: true,
+        };
+        let (given, made) = (map(matrix), even(map(matrix)));
+        assert_eq!(made.kind.name(), "parallel");
+        let point = DVec3::new(2.4, 1.0, 4.6);
+        let [want, got] = [&given, &made].map(|map| map.texel_from_point(point));
+        assert!(
+            (want.truncate() - got.truncate()).length() < 1e-9,
+            "{want} {got}"
+        );
+        // Depths are from another origin, between the same planes.
+        assert!((want.z - given.near - (got.z - made.near)).abs() < 1e-9);
+        assert!((made.near + made.far).abs() < 1e-12);
+        let bent = map(matrix + DMat3::from_cols(DVec3::Z * 1e-3, DVec3::ZERO, DVec3::ZERO));
+        assert_eq!(even(bent.clone()), bent);
     }
 }
