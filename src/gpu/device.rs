@@ -33,6 +33,9 @@ pub struct Gpu {
     /// First error that no call returned; the frame that finds it fails with it.
     error: Arc<Mutex<Option<String>>>,
     lost: Arc<Mutex<Option<String>>>,
+    /// What a compiler may make of a shader, done before it is compiled.
+    #[cfg(test)]
+    rewrite: fn(String) -> String,
 }
 
 /// A shader, its entry points, and its constants by name and bits.
@@ -135,7 +138,16 @@ impl Gpu {
             pool,
             error,
             lost,
+            #[cfg(test)]
+            rewrite: |source| source,
         })
+    }
+
+    /// A device of its own whose shaders are rewritten.
+    #[cfg(test)]
+    pub fn rewriting(rewrite: fn(String) -> String) -> Arc<Self> {
+        let gpu = Self::new(&adapter("").unwrap()).unwrap();
+        Arc::new(Self { rewrite, ..gpu })
     }
 
     pub fn has_timestamps(&self) -> bool {
@@ -355,9 +367,12 @@ impl Gpu {
     }
 
     fn module(&self, shader: Shader) -> wgpu::ShaderModule {
+        let source = shader.compose();
+        #[cfg(test)]
+        let source = (self.rewrite)(source);
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(shader.file),
-            source: wgpu::ShaderSource::Wgsl(shader.compose().into()),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
         };
         // Bounds checks and loop counters cost up to 100 times in inner loops; the tests run with them.
         if std::env::var_os("LIXEL_CHECKED_SHADERS").is_some() {

@@ -1,11 +1,13 @@
 use super::*;
-use crate::gpu;
+use crate::bvh::Everything;
+use crate::gpu::{self, Gpu};
+use crate::reference::reference;
 use glam::{DMat4, DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::atomic::Ordering;
 
 /// A floor, and over it rows of small squares.
-fn floor_and_squares() -> Scene {
+fn floor_and_squares(floor: f64) -> Scene {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     let mut add = |centre: DVec3, side: f64| {
@@ -15,12 +17,28 @@ fn floor_and_squares() -> Scene {
         }
         triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| first + i)));
     };
-    add(DVec3::ZERO, 4.0);
+    add(DVec3::ZERO, floor);
     for i in 0..100 {
         let (x, z) = (f64::from(i % 10), f64::from(i / 10));
         add(DVec3::new(0.6 * x - 2.7, 1.0, 0.6 * z - 2.7), 0.15);
     }
     Scene::new(vertices, triangles).unwrap()
+}
+
+fn looking_down() -> Camera {
+    let turned = DQuat::from_rotation_x(-FRAC_PI_2);
+    Camera::new(
+        DMat4::from_rotation_translation(turned, DVec3::new(0.0, 6.0, 0.0)),
+        DVec2::splat(60.0),
+        DVec2::splat(48.0),
+        (96, 96),
+        (1e-3, f64::INFINITY),
+    )
+    .unwrap()
+}
+
+fn sun() -> Light {
+    Light::directional(DVec3::new(0.3, -1.0, 0.2)).unwrap()
 }
 
 #[test]
@@ -45,17 +63,8 @@ fn what_has_no_room_together_is_done_one_by_one() {
 #[test]
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn casters_in_parts_cast_the_same_shadows() {
-    let scene = floor_and_squares();
-    let looking_down = DQuat::from_rotation_x(-FRAC_PI_2);
-    let camera = Camera::new(
-        DMat4::from_rotation_translation(looking_down, DVec3::new(0.0, 6.0, 0.0)),
-        DVec2::splat(60.0),
-        DVec2::splat(48.0),
-        (96, 96),
-        (1e-3, f64::INFINITY),
-    )
-    .unwrap();
-    let light = Light::directional(DVec3::new(0.3, -1.0, 0.2)).unwrap();
+    let scene = floor_and_squares(4.0);
+    let (camera, light) = (looking_down(), sun());
     let exact = Method::schema("exact").unwrap();
     let method = Method::new(exact, &exact.defaults()).unwrap();
     let cache = SceneCache::default();
@@ -84,4 +93,92 @@ fn casters_in_parts_cast_the_same_shadows() {
         facts.find(|fact| fact.name == "work_items").unwrap().value
     };
     assert!(2 * items(&parted) < items(&whole) + 2);
+}
+
+/// Products that a compiler may join to the sum that they are part of: by the left or by the right one of two.
+fn contracted(source: String, functions: &str) -> String {
+    let calls = [
+        "dot(side.normal, ",
+        "cross(away, ",
+        "dot(volumes.clip_x, scaled)",
+        "dot(volumes.clip_y, scaled)",
+        "dot(volumes.clip_w, scaled)",
+        "dot(normal_of_triangle(id), nearest)",
+        "dot(ray.x, ",
+        "dot(ray.y, ",
+        "dot(ray.z, ",
+        "cross(from_end, ",
+    ];
+    let whole = calls.iter().fold(source, |source, call| {
+        source.replace(call, &format!("contracted_{call}"))
+    });
+    whole + functions
+}
+
+fn contracted_on_the_left(source: String) -> String {
+    let functions = "
+fn contracted_dot(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return fma(a.x, b.x, a.y * b.y) + a.z * b.z;
+}
+fn contracted_cross(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return fma(a.yzx, b.zxy, -(a.zxy * b.yzx));
+}
+";
+    contracted(source, functions)
+}
+
+fn contracted_on_the_right(source: String) -> String {
+    let functions = "
+fn contracted_dot(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x));
+}
+fn contracted_cross(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return fma(-a.zxy, b.yzx, a.yzx * b.zxy);
+}
+";
+    contracted(source, functions)
+}
+
+/// With cross products that point the wrong way: a rewritten shader is run.
+fn turned(source: String) -> String {
+    let functions = "
+fn contracted_dot(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return dot(a, b);
+}
+fn contracted_cross(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return cross(b, a);
+}
+";
+    contracted(source, functions)
+}
+
+#[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
+fn contracted_products_change_no_exact_shadow() {
+    let (camera, light) = (looking_down(), sun());
+    // Float32 knows what a floor is that is little wider than the image; a wide one looks the same.
+    let near = floor_and_squares(8.0);
+    let truth = reference(&near, &Everything(&near), &camera, &light);
+    let scene = floor_and_squares(1e6);
+    let wrong_pixels = |gpu: &Arc<Gpu>, name| {
+        let schema = Method::schema(name).unwrap();
+        let method = Method::new(schema, &schema.defaults()).unwrap();
+        let outputs = Outputs::from_names(&[], true).unwrap();
+        let engine = Engine::Gpu(gpu.clone());
+        let (cache, lights) = (SceneCache::default(), [&light]);
+        let rendered = render(&engine, &scene, &cache, &camera, &lights, &method, outputs);
+        let visibility = rendered.unwrap().remove(0).visibility;
+        let pixels = visibility.iter().zip(&truth.visibility).zip(&truth.tie);
+        let is_wrong = |((found, truth), is_tie): &((&f32, &f32), &bool)| {
+            found.to_bits() != truth.to_bits() && !**is_tie
+        };
+        pixels.filter(is_wrong).count()
+    };
+    for rewrite in [contracted_on_the_left, contracted_on_the_right] {
+        let gpu = Gpu::rewriting(rewrite);
+        for name in ["exact", "ray_traced", "shadow_volumes"] {
+            assert_eq!(wrong_pixels(&gpu, name), 0, "{name}");
+        }
+    }
+    assert!(wrong_pixels(&Gpu::rewriting(turned), "shadow_volumes") > 100);
 }
