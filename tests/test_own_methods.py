@@ -334,3 +334,13 @@ def test_a_long_sequence_keeps_no_frames(method):
         gc.collect()
         alive.append(sum(ref() is not None for ref in seen))
     assert max(alive) <= 3
+
+
+def test_a_changed_function_is_another_case():
+    keys = set()
+    for answer in ("1.0", "2.0"):
+        # As a person types it: its text is in no file.
+        typed: dict[str, Any] = {"__name__": "typed"}
+        exec(f"def own_typed(receivers, light, scene):\n    return {answer}", typed)
+        keys.add(repr(canonical(lx.shadow_method(typed["own_typed"])())))
+    assert len(keys) == 2
