@@ -318,3 +318,22 @@ def test_copies_keep_the_holes():
     for twin in (copy.copy(scene), pickle.loads(pickle.dumps(scene))):
         found = lx.reference(twin, CAMERA, LIGHTS["sun"]).visibility
         assert np.array_equal(found, truth, equal_nan=True)
+
+
+@pytest.mark.parametrize("count", [50, 50_000], ids=["few points", "many points"])
+def test_points_under_a_hole_are_lit(count):
+    """A card whose left half is open: few points are traced, many go through a grid."""
+    card = [(-1, 1, -1), (-1, 1, 1), (1, 1, 1), (1, 1, -1)]
+    alpha = np.zeros((4, 4), np.uint8)
+    alpha[:, 2:] = 255
+    scene = lx.Scene(
+        card,
+        [(0, 1, 2), (0, 2, 3)],
+        uv=[(0, 0), (0, 1), (1, 1), (1, 0)],
+        alpha=lx.AlphaMask(alpha, sampling="nearest"),
+    )
+    points = np.random.default_rng(0).uniform(-0.9, 0.9, (count, 3)) * (1, 0, 1)
+    points = points[np.abs(points[:, 0]) > 0.05]
+    for light in (lx.DirectionalLight((0, -1, 0)), lx.PointLight((0, 50, 0))):
+        lit = lx.shadows_at(scene, points, light)
+        np.testing.assert_array_equal(lit == 1, points[:, 0] < 0)
