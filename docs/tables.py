@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import pandas as pd
+import times
+from cells import DOCS, RESULTS, markdown
 
 from lixel import _core, auto
 from lixel.lab import (
@@ -29,26 +31,7 @@ from lixel.lab import (
 from lixel.lab.result_tables import read
 from lixel.pictures import plots
 
-DOCS = Path(__file__).parent
-RESULTS = DOCS / "results"
 PAGES = (DOCS.parent / "README.md", RESULTS / "README.md", *sorted((DOCS / "pages").glob("*.md")))
-
-
-def markdown(rows: pd.DataFrame | Iterable[dict[str, object]]) -> str:
-    """A table in Markdown's form; numbers without a fraction are whole."""
-
-    def cell(value: object) -> str:
-        if isinstance(value, float):
-            whole = "" if pd.isna(value) else f"{value:,.0f}"
-            return whole if pd.isna(value) or value == int(value) else f"{value:,.2f}"
-        if isinstance(value, bool):
-            return "yes" if value else "no"
-        return f"{value:,}" if isinstance(value, int) else str(value)
-
-    table = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
-    head = f"| {' | '.join(map(str, table.columns))} |\n|{'---|' * len(table.columns)}"
-    lines = [f"| {' | '.join(map(cell, row))} |" for row in table.itertuples(index=False)]
-    return "\n".join([head, *lines])
 
 
 # --- Methods: README.md ---
@@ -68,7 +51,7 @@ def citation(name: str) -> str:
 
 def demo(light: int) -> str:
     """The demo's table for its first or second light."""
-    table = read(RESULTS / "demo" / "llvmpipe.csv")
+    table = read(RESULTS / "demo" / "cpu.csv")
     rows = [rows for _, rows in table.groupby("light", sort=False)][light].to_dict("records")
     return markdown(
         {
@@ -138,17 +121,6 @@ def exact_views() -> str:
     return (
         f"In [{views} views of {table['scene'].nunique()} scenes](docs/results/README.md), "
         f"{covered:,} pixels, they misclassify {wrong} that are no ties."
-    )
-
-
-def cost_of_warps() -> str:
-    table = read(RESULTS / "sponza-llvmpipe.csv").set_index(["method", "resolution"])
-    ms = table["pass_ms.shadow map"]
-    ratios = {name: ms[name] / ms["desired_view"] for name in ("notw", "rtw")}
-    words = [f"`{n}` takes {r.min():.1f} to {r.max():.1f} times" for n, r in ratios.items()]
-    return (
-        f"In the plot above the shadow map pass of {' and that of '.join(words)}\n"
-        "as long as that of `desired_view`."
     )
 
 
@@ -281,50 +253,6 @@ def false_shadows() -> str:
     )
 
 
-# --- Time: docs/results/README.md ---
-
-
-def other_renderers() -> str:
-    tables = {
-        scene: read(RESULTS / "peers" / f"{scene}-llvmpipe.csv").set_index("renderer")
-        for scene in ("colonnade", "sponza")
-    }
-    rows = []
-    for name in tables["colonnade"].index:
-        row = {"renderer": name, "version": tables["colonnade"].loc[name, "version"]}
-        for scene, table in tables.items():
-            row[f"{scene}: ms"] = f"{table.loc[name, 'ms, median']:,.0f}"
-            row[f"{scene}: misclassified"] = f"{table.loc[name, 'misclassified']:,}"
-        rows.append(row)
-    return markdown(rows)
-
-
-def growth(grows: str) -> str:
-    table = read(RESULTS / "growth" / "llvmpipe.csv").query("grows == @grows")
-    rows = []
-    for step, own in table.groupby(grows, sort=False):
-        own = own.set_index("method")
-        ms = own["gpu_ms"].map("{:,.0f}".format)
-        plain, warped = own.loc["exact without a warp"], own.loc["exact"]
-        rows.append(
-            {
-                grows: step,
-                "`desired_view`": ms["desired_view"],
-                "`ray_traced`": ms["ray_traced"],
-                "`exact`": ms["exact without a warp"],
-                '`exact`, `warp="notw"`': ms["exact"],
-                "tests of `exact`": f"{plain['tests'] / 1e6:.1f} M",
-                "longest list, without and with the warp": f"{plain['longest list']:.0f}, "
-                f"{warped['longest list']:.0f}",
-            }
-        )
-    return markdown(rows)
-
-
-def cluster() -> str:
-    return markdown(read(RESULTS / "studies" / "cluster.csv"))
-
-
 # --- Pages of the site ---
 
 
@@ -418,12 +346,14 @@ WHAT = {
     "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
     "departures/llvmpipe": "what each departure of a default from its paper gains",
-    "demo/llvmpipe": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
+    "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
     "papers/rankings": "the papers' methods as published, by scenes and random lights",
     "growth/llvmpipe": "time and work by triangles and by pixels, objects on a floor",
-    "peers/colonnade-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
-    "peers/sponza-llvmpipe": "`desired_view` and other renderers, the camera moved each frame",
-    "sponza-llvmpipe": "time and error of every method on Crytek Sponza (the README's figure)",
+    "peers/colonnade-lamp": "`exact`, `desired_view` and ray casters, a point light",
+    "peers/colonnade-sun": "`exact`, `desired_view` and other renderers, the camera moved",
+    "peers/sponza-lamp": "`exact`, `desired_view` and ray casters, a point light",
+    "peers/sponza-sun": "`exact`, `desired_view` and other renderers, the camera moved",
+    "sponza-cpu": "time and error of every method on Crytek Sponza (the README's figure)",
     "stability/aligned": "misclassified pixels under lights that run along walls, and turned ones",
     "stability/culling": "what each method leaves out, and that no pixel changes by it",
     "stability/flicker": "pixels that flicker while the camera or the light moves",
@@ -484,12 +414,14 @@ def ranked(part: str) -> str:
 BLOCKS: dict[str, Callable[[], str]] = {
     "demo, directional light": lambda: demo(0),
     "demo, point light": lambda: demo(1),
+    "demo processor": lambda: f"They were measured {times.processor('demo/cpu')}.",
+    "plot processor": lambda: f"It was measured {times.processor('sponza-cpu')}.\n{times.front()}",
     "gain of exact rasterization": gain_of_exact_rasterization,
     "gain of the lookup": gain_of_the_lookup,
     "lights around": lights_around,
     "share of ties": ties,
     "exact in all views": exact_views,
-    "cost of warps": cost_of_warps,
+    "cost of warps": times.cost_of_warps,
     "files": files,
     "devices": devices,
     "without samples": without_samples,
@@ -502,10 +434,15 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "cuts": lambda: cuts("point"),
     "cuts-1080p": lambda: cuts("point-1080p"),
     "false shadows": false_shadows,
-    "other renderers": other_renderers,
-    "growth, triangles": lambda: growth("triangles"),
-    "growth, pixels": lambda: growth("pixels"),
-    "cluster": cluster,
+    "exact beside rays": times.beside_rays,
+    "other renderers, sun": lambda: times.other_renderers("sun"),
+    "other renderers, lamp": lambda: times.other_renderers("lamp"),
+    "other renderers, processor": lambda: (
+        f"They were measured {times.processor('peers/sponza-sun')}."
+    ),
+    "growth, triangles": lambda: times.growth("triangles"),
+    "growth, pixels": lambda: times.growth("pixels"),
+    "cluster": times.cluster,
     "bound of auto": bound,
     "bound of auto, generated scenes": bound_generated,
     "rankings, views": lambda: ranked("views"),
@@ -536,7 +473,7 @@ def filled(text: str) -> str:
 def draw() -> None:
     """The README's plot of time against error, with the other renderers where they were measured in
     the same view."""
-    table, peers = (read(RESULTS / f"{name}-llvmpipe.csv") for name in ("sponza", "peers/sponza"))
+    table, peers = (read(RESULTS / f"{name}.csv") for name in ("sponza-cpu", "peers/sponza-sun"))
     size = ["width", "height"]
     is_same_view = table[size].drop_duplicates().equals(peers[size].drop_duplicates())
     beside: dict[str, Any] = {"peers": peers, "time": "wall_ms"} if is_same_view else {}

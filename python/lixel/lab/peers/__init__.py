@@ -67,8 +67,8 @@ PEERS: dict[str, tuple[str, Callable[[Scene, Any], Peer]]] = {
 CASTERS = ("Mitsuba 3 llvm_ad_rgb", "embreex", "trimesh with embreex", "Open3D", "Warp")
 """Those that cast rays."""
 
-METHODS = ("exact", "desired_view")
-"""The methods beside which they are timed by default."""
+METHODS = ("exact", "desired_view", "cube")
+"""The methods beside which they are timed by default, as far as they take the light."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{SCENE_HELP}; default: {DEFAULT_SCENE}",
     )  # fmt: skip
     add_view(parser)
-    add_methods(parser, " and ".join(METHODS))
+    add_methods(parser, f"{', '.join(METHODS)}, as far as they take the light")
     parser.add_argument(
         "--resolution", type=int, default=2048, metavar="N",
         help="texels along a side of the maps; default: 2048",
@@ -89,11 +89,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure, print and keep the table."""
+    scene, camera, light = view_of(options)
+    named = [method_from(name) for name in options.method or METHODS]
     methods = [
         method if method.map_resolution is None else replace(method, resolution=options.resolution)
-        for method in map(method_from, options.method or METHODS)
+        for method in named
+        if options.method or method.takes(light)
     ]
-    scene, camera, light = view_of(options)
     rows = measure(scene, camera, light, methods, repeats=options.repeats)
     shared = {
         "scene": Path(options.scene).stem,

@@ -1,0 +1,106 @@
+"""The tables of times: of the methods, and beside other renderers."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+from cells import RESULTS, markdown
+
+from lixel.lab.result_tables import read
+
+
+def processor(name: str) -> str:
+    """Who made a file of results."""
+    made = read(RESULTS / f"{name}.csv").attrs
+    _, lanes, threads = made["driver"].split(", ")
+    return f"by the CPU engine on an {made['device']}, {lanes}, {threads}, {made['date']}"
+
+
+def front() -> str:
+    """The methods of the plot that none is quicker than with as few wrong pixels."""
+    table = read(RESULTS / "sponza-cpu.csv").sort_values(["wall_ms", "misclassified_count"])
+    least = table["misclassified_count"].astype(float).cummin()
+    best = table[table["misclassified_count"].lt(least.shift(fill_value=math.inf))]
+    names = ", ".join(f"`{name}`" for name in best["method"].unique())
+    return f"On the front there: {names}."
+
+
+def cost_of_warps() -> str:
+    table = read(RESULTS / "sponza-cpu.csv").set_index(["method", "resolution"])
+    ms = table["pass_ms.shadow map"]
+    ratios = {name: ms[name] / ms["desired_view"] for name in ("notw", "rtw")}
+    words = [f"`{n}` takes {r.min():.1f} to {r.max():.1f} times" for n, r in ratios.items()]
+    return (
+        f"In the plot above the shadow map pass of {' and that of '.join(words)}\n"
+        "as long as that of `desired_view`."
+    )
+
+
+def other_renderers(light: str) -> str:
+    """Times and misclassified pixels beside other renderers, by the light, "sun" or "lamp"."""
+    tables = {
+        scene: read(RESULTS / "peers" / f"{scene}-{light}.csv").set_index("renderer")
+        for scene in ("colonnade", "sponza")
+    }
+    columns = {
+        "ms": "ms, median",
+        "processor ms": "processor ms, median",
+        "ms with building": "ms with building, median",
+        "misclassified": "misclassified",
+    }
+    rows = []
+    for name in tables["colonnade"].index:
+        row = {"renderer": name, "version": tables["colonnade"].loc[name, "version"]}
+        for scene, table in tables.items():
+            for short, column in columns.items():
+                value = table.loc[name, column]
+                row[f"{scene}: {short}"] = "" if pd.isna(value) else f"{value:,.0f}"
+        rows.append(row)
+    return markdown(rows)
+
+
+def beside_rays() -> str:
+    """`exact` and the fastest ray caster."""
+    rows = {}
+    for scene in ("colonnade", "sponza"):
+        table = read(RESULTS / "peers" / f"{scene}-sun.csv").set_index("renderer")
+        rows[scene] = [table.loc[name] for name in ("lixel exact", "Mitsuba 3 llvm_ad_rgb")]
+
+    def both(column: str, of: int) -> str:
+        first, second = (f"{rows[scene][of][column]:.0f}" for scene in ("colonnade", "sponza"))
+        return f"{first} and {second}"
+
+    frame, built = "ms, median", "ms with building, median"
+    return (
+        f"At 1920 x 1080, on two cores, `exact` takes {both(frame, 0)} ms for the colonnade and "
+        f"for Crytek Sponza, and\n{both(built, 0)} ms where the triangles moved; the rays of Mitsuba 3 "
+        f"take {both(frame, 1)} ms, and\n{both(built, 1)} ms, and err in "
+        f"{both('misclassified', 1)} pixels."
+    )
+
+
+def growth(grows: str) -> str:
+    table = read(RESULTS / "growth" / "llvmpipe.csv").query("grows == @grows")
+    rows = []
+    for step, own in table.groupby(grows, sort=False):
+        own = own.set_index("method")
+        ms = own["gpu_ms"].map("{:,.0f}".format)
+        plain, warped = own.loc["exact without a warp"], own.loc["exact"]
+        rows.append(
+            {
+                grows: step,
+                "`desired_view`": ms["desired_view"],
+                "`ray_traced`": ms["ray_traced"],
+                "`exact`": ms["exact without a warp"],
+                '`exact`, `warp="notw"`': ms["exact"],
+                "tests of `exact`": f"{plain['tests'] / 1e6:.1f} M",
+                "longest list, without and with the warp": f"{plain['longest list']:.0f}, "
+                f"{warped['longest list']:.0f}",
+            }
+        )
+    return markdown(rows)
+
+
+def cluster() -> str:
+    return markdown(read(RESULTS / "studies" / "cluster.csv"))
