@@ -74,8 +74,8 @@ def beside_rays() -> str:
     frame, built = "ms, median", "ms with building, median"
     return (
         f"At 1920 x 1080, on two cores, `exact` takes {both(frame, 0)} ms for the colonnade and "
-        f"for Crytek Sponza, and\n{both(built, 0)} ms where the triangles moved; the rays of Mitsuba 3 "
-        f"take {both(frame, 1)} ms, and\n{both(built, 1)} ms, and err in "
+        f"for Crytek Sponza, and\n{both(built, 0)} ms where the triangles moved; the rays of "
+        f"Mitsuba 3 take {both(frame, 1)} ms, and\n{both(built, 1)} ms, and err in "
         f"{both('misclassified', 1)} pixels."
     )
 
