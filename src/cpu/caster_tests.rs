@@ -115,7 +115,6 @@ impl Tests<'_> {
         let mut places = BlockPlaces::none(simd);
         let mut beside = [Extent::EMPTY; 6];
         for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
-            receivers.image.fetch_blocks(corner.0, corner.1 + i * BLOCK);
             for x in (0..rows[0].len()).step_by(BLOCK) {
                 let pixel = (corner.0 + x, corner.1 + i * BLOCK);
                 let lit =

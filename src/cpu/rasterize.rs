@@ -19,7 +19,6 @@ use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
 use rayon::prelude::*;
-use std::hint::black_box;
 use std::ops::Range;
 
 /// No triangle.
@@ -27,9 +26,6 @@ pub const NONE: u32 = u32::MAX;
 
 /// Of how near a triangle is: what rounding may do to it, as a share, where it is set up in float32.
 const MAX_ROUNDING: f32 = 1.0 / 8192.0;
-
-/// Numbers that memory hands out at once.
-const LINE: usize = 16;
 
 /// Columns and rows of a tile, as far as the middles of pixels go.
 const SIDE: f32 = TILE as f32;
@@ -60,12 +56,6 @@ impl Image {
             }
         }
         Self { tiling, triangles }
-    }
-
-    /// Reads the rows of a tile's blocks in the order of memory. Blocks jump from row to row, which no processor foresees.
-    pub fn fetch_blocks(&self, x: usize, y: usize) {
-        let ids = &self.triangles[self.tiling.index(x, y)..][..BLOCK * TILE];
-        black_box(ids.iter().step_by(LINE).fold(0, |all, id| all ^ id));
     }
 
     /// Pixels that show something.

@@ -109,7 +109,6 @@ fn answer_tile<S: Simd>(
     let mut block = BlockReceivers::none(simd);
     let mut work = Work::new(simd);
     for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
-        receivers.image.fetch_blocks(corner.0, corner.1 + i * BLOCK);
         for x in (0..rows[0].len()).step_by(BLOCK) {
             let pixel = (corner.0 + x, corner.1 + i * BLOCK);
             let mut lit = [[0.0; LANES]; BLOCK];
