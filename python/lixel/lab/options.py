@@ -60,6 +60,15 @@ Container: TypeAlias = argparse._ActionsContainer
 # --- Options ---
 
 
+def add_scene_and_view(parser: argparse.ArgumentParser) -> None:
+    """A scene that need not be named, and the options of `add_view`."""
+    parser.add_argument(
+        "scene", nargs="?", default=DEFAULT_SCENE, metavar="FILE",
+        help=f"{SCENE_HELP}; default: {DEFAULT_SCENE}",
+    )  # fmt: skip
+    add_view(parser)
+
+
 def add_view(parser: argparse.ArgumentParser) -> None:
     """`--camera`, `--light`, `--views`, `--up` and `--size`."""
     group = parser.add_argument_group("view")

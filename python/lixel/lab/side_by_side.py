@@ -22,13 +22,11 @@ from ..pictures.warp_plots import grid_lines, receiver_places, unwarped_depths
 from ..reference import reference
 from ..scene import Scene
 from .options import (
-    DEFAULT_SCENE,
     PICTURES,
-    SCENE_HELP,
     add_methods,
     add_output,
     add_resolutions,
-    add_view,
+    add_scene_and_view,
     method_with,
     view_of,
 )
@@ -46,11 +44,7 @@ LINES = 25
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `lixel lab side_by_side`."""
-    parser.add_argument(
-        "scene", nargs="?", default=DEFAULT_SCENE, metavar="FILE",
-        help=f"{SCENE_HELP}; default: {DEFAULT_SCENE}",
-    )  # fmt: skip
-    add_view(parser)
+    add_scene_and_view(parser)
     add_methods(parser, ", ".join(METHODS))
     add_resolutions(parser, str(RESOLUTION))
     add_output(parser, "the picture", PICTURES, required=True)

@@ -33,11 +33,9 @@ from ...methods import Method, method_from
 from ...reference import Reference, reference
 from ...scene import Scene
 from ..options import (
-    DEFAULT_SCENE,
-    SCENE_HELP,
     add_methods,
     add_output,
-    add_view,
+    add_scene_and_view,
     keep,
     view_of,
 )
@@ -73,11 +71,7 @@ METHODS = ("exact", "desired_view", "cube")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `lixel lab peers`."""
-    parser.add_argument(
-        "scene", nargs="?", default=DEFAULT_SCENE, metavar="FILE",
-        help=f"{SCENE_HELP}; default: {DEFAULT_SCENE}",
-    )  # fmt: skip
-    add_view(parser)
+    add_scene_and_view(parser)
     add_methods(parser, f"{', '.join(METHODS)}, as far as they take the light")
     parser.add_argument(
         "--resolution", type=int, default=2048, metavar="N",
