@@ -331,9 +331,11 @@ def test_a_peer_that_fails_is_left_out(view, monkeypatch, capfd):
     def broken(scene, light):
         raise AttributeError("no driver")
 
-    monkeypatch.setattr(
-        peers, "PEERS", {"broken": ("json", broken), "absent": ("not_here", broken)}
-    )
+    renderers = {
+        "broken": peers.Renderer("json", broken),
+        "absent": peers.Renderer("not_here", broken),
+    }
+    monkeypatch.setattr(peers, "PEERS", renderers)
     rows = peers.measure(*view, lx.Uniform(resolution=64), repeats=1)
     assert [row["renderer"] for row in rows] == ["lixel uniform 64"]
     messages = capfd.readouterr().err

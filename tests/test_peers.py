@@ -51,7 +51,7 @@ def camera(scene):
 
 @pytest.fixture(params=SHARES)
 def name(request):
-    module = peers.PEERS[request.param][0]
+    module = peers.PEERS[request.param].module
     if importlib.util.find_spec(module) is None:
         pytest.skip(f"{module} is not installed")
     return request.param
@@ -68,7 +68,7 @@ def test_peers_misclassify_few_pixels(name, scene, camera, monkeypatch):
 
 def test_peers_render_each_camera(name, scene, camera):
     light = scene.lights["default"]
-    render = peers.PEERS[name][1](scene, light).render
+    render = peers.PEERS[name].prepare(scene, light).render
     other = lx.Camera(scene.cameras["default"].pose, yfov=0.6, width=150, height=200)
     for each in (camera, other):
         truth = lx.reference(scene, each, light)
@@ -79,7 +79,7 @@ def test_peers_render_each_camera(name, scene, camera):
 
 def test_peers_render_or_refuse_pixels_that_are_not_square(name, scene, camera):
     light = scene.lights["default"]
-    render = peers.PEERS[name][1](scene, light).render
+    render = peers.PEERS[name].prepare(scene, light).render
     odd = lx.Camera(camera.pose, focal=(150, 180), centre=(100, 90), width=240, height=160)
     truth = lx.reference(scene, odd, light)
     odd = peers.with_planes(odd, truth)
@@ -93,9 +93,9 @@ def test_peers_render_or_refuse_pixels_that_are_not_square(name, scene, camera):
 
 def test_ray_casters_take_point_lights(name, scene, camera):
     light = lx.PointLight((0.3, 2.0, 1.0))
-    if name not in peers.CASTERS:
+    if lx.PointLight not in peers.PEERS[name].lights:
         pytest.skip(f"{name} casts no rays")
-    peer = peers.PEERS[name][1](scene, light)
+    peer = peers.PEERS[name].prepare(scene, light)
     truth = lx.reference(scene, camera, light)
     for build in (lambda: None, peer.build or (lambda: None)):
         build()

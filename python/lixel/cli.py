@@ -23,11 +23,13 @@ from .info import info
 from .lab import (
     accuracy,
     aligned,
+    bench,
     calibration,
     culling,
     data_set,
     demo,
     departures,
+    doctor,
     flicker,
     growth,
     papers,
@@ -374,6 +376,8 @@ COMMANDS: Mapping[str, Command] = {
         _info,
         renders=False,
     ),
+    "doctor": Command.of(doctor, "lixel doctor", "lixel doctor cpu", renders=False),
+    "bench": Command.of(bench, "lixel bench --gpu -o bench.json", "lixel bench --device llvmpipe"),
     "completion": Command(
         "Print a script by which a shell completes lixel's words.",
         (
@@ -395,7 +399,7 @@ COMMANDS: Mapping[str, Command] = {
 
 GROUPS = {
     "shadows, and how wrong they are": ("render", "compare", "view", "demo"),
-    "this machine": ("info", "completion"),
+    "this machine": ("info", "doctor", "bench", "completion"),
     "measurements": ("lab",),
 }
 """The commands in the order of the help."""

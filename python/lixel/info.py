@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from . import _core
+
+SOFTWARE = ("Cpu", "Other")
+"""Types of adapters that are no hardware."""
 
 
 @dataclass(frozen=True)
@@ -74,3 +80,13 @@ def _lines(values: Mapping[str, Any], indent: str) -> list[str]:
         else:
             lines.append(f"{indent}{name}: {value}")
     return lines
+
+
+def system() -> dict[str, str]:
+    """The versions of lixel, Python and numpy, and the operating system."""
+    return {
+        "lixel": _core.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "system": platform.platform(),
+    }

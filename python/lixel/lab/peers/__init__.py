@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -49,21 +49,29 @@ from .ray_casters import Peer
 _PATIENCE = 30.0
 _MIN_FRAMES = 3
 
-PEERS: dict[str, tuple[str, Callable[[Scene, Any], Peer]]] = {
-    "Mitsuba 3 llvm_ad_rgb": ("mitsuba", ray_casters.mitsuba_peer),
-    "embreex": ("embreex", ray_casters.embree_peer),
-    "trimesh with embreex": ("embreex", ray_casters.trimesh_peer),
-    "Open3D": ("open3d", ray_casters.open3d_peer),
-    "Warp": ("warp", ray_casters.warp_peer),
-    # Before pyrender: VTK ends other EGL contexts of the process when it opens a window.
-    "PyVista": ("pyvista", rasterizers.pyvista_peer),
-    "pyrender": ("pyrender", rasterizers.pyrender_peer),
-    "pygfx": ("pygfx", rasterizers.pygfx_peer),
-}
-"""The module that each peer needs, and what prepares it."""
+CAST: tuple[type[Light], ...] = (DirectionalLight, PointLight)
+"""Lights that peers take which cast rays."""
 
-CASTERS = ("Mitsuba 3 llvm_ad_rgb", "embreex", "trimesh with embreex", "Open3D", "Warp")
-"""Those that cast rays."""
+
+class Renderer(NamedTuple):
+    """Another renderer: the module that it needs, what prepares it, and the lights it takes."""
+
+    module: str
+    prepare: Callable[[Scene, Any], Peer]
+    lights: tuple[type[Light], ...] = (DirectionalLight,)
+
+
+PEERS: dict[str, Renderer] = {
+    "Mitsuba 3 llvm_ad_rgb": Renderer("mitsuba", ray_casters.mitsuba_peer, CAST),
+    "embreex": Renderer("embreex", ray_casters.embree_peer, CAST),
+    "trimesh with embreex": Renderer("embreex", ray_casters.trimesh_peer, CAST),
+    "Open3D": Renderer("open3d", ray_casters.open3d_peer, CAST),
+    "Warp": Renderer("warp", ray_casters.warp_peer, CAST),
+    # Before pyrender: VTK ends other EGL contexts of the process when it opens a window.
+    "PyVista": Renderer("pyvista", rasterizers.pyvista_peer),
+    "pyrender": Renderer("pyrender", rasterizers.pyrender_peer),
+    "pygfx": Renderer("pygfx", rasterizers.pygfx_peer),
+}
 
 METHODS = ("exact", "desired_view", "cube")
 """The methods beside which they are timed by default, as far as they take the light."""
@@ -116,7 +124,7 @@ def measure(
     that it misclassifies. Peers that cast rays take point lights, too.
     """
     repeats = count("repeats", repeats)
-    if not isinstance(light, DirectionalLight | PointLight):
+    if not isinstance(light, CAST):
         raise ValueError(f"light must be directional or a point to compare renderers, got {light}")
     methods = [methods] if isinstance(methods, Method) else list(methods)
     refuse_holes(scene)
@@ -124,11 +132,11 @@ def measure(
     truth = reference(scene, camera, light)
     contenders = [_own(scene, camera, light, method) for method in methods]
     bounded = with_planes(camera, truth)
-    for name, (module, prepare) in PEERS.items():
+    for name, (module, prepare, lights) in PEERS.items():
         if importlib.util.find_spec(module) is None:
             status(f"left out: {name}, which needs the package {module}")
             continue
-        if name not in CASTERS and not isinstance(light, DirectionalLight):
+        if not isinstance(light, lights):
             status(f"left out: {name}, which is tried with directional lights alone")
             continue
         try:
