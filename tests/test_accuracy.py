@@ -150,6 +150,7 @@ def test_methods_kinds_and_scenes_can_be_named(folder, capfd):
     assert "parameter of Cube must be one of" in capfd.readouterr().err
 
 
+@pytest.mark.of_checkout("it compares with another renderer")
 def test_embree_stops_at_the_light(view):
     """A lid above the light takes nothing from the floor."""
     scene, camera, _ = view

@@ -292,6 +292,7 @@ def test_demo_refuses_another_ending_before_the_work(tmp_path, capfd):
 
 
 # OpenGL's wrapper complains of what it does at exit.
+@pytest.mark.of_checkout("it compares with another renderer")
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 def test_peers_that_are_installed_are_timed(view):
     scene, camera, light = view
@@ -304,6 +305,7 @@ def test_peers_that_are_installed_are_timed(view):
     assert 0 < wrong["pyrender"] < 0.1 * camera.width * camera.height
 
 
+@pytest.mark.of_checkout("it compares with another renderer")
 def test_peers_write_a_table(tmp_path, monkeypatch):
     monkeypatch.setattr(peers, "PEERS", {"embreex": peers.PEERS["embreex"]})
     output = tmp_path / "peers.csv"
@@ -343,6 +345,7 @@ def test_a_peer_that_fails_is_left_out(view, monkeypatch, capfd):
     assert "left out: absent, which needs the package not_here" in messages
 
 
+@pytest.mark.of_checkout("it compares with another renderer")
 def test_peers_take_directional_and_point_lights_only(view, monkeypatch, capfd):
     monkeypatch.setattr(peers, "PEERS", {n: peers.PEERS[n] for n in ("embreex", "pyrender")})
     lamp = lx.PointLight((0.5, 5, 1))

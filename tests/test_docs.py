@@ -10,6 +10,8 @@ import tables
 
 import lixel as lx
 
+pytestmark = pytest.mark.of_checkout("it builds the documentation")
+
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = sorted((DOCS / "pages").glob("**/*.md"))
 

@@ -180,8 +180,8 @@ def test_the_bench_writes_one_file(tmp_path, capsys):
     assert out.startswith("first light\n")
 
 
+@pytest.mark.of_checkout("it compares with another renderer")
 def test_the_bench_has_peers_beside_it(view, monkeypatch):
-    pytest.importorskip("embreex")
     renderers = {"embreex": bench.peers.PEERS["embreex"]}
     monkeypatch.setattr(bench.peers, "PEERS", renderers)
     rows = bench.beside_methods(lx.reference(*view), 1)

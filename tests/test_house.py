@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.of_checkout("it reads the source")
+
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src"
 SHADERS = ROOT / "shaders"

@@ -14,6 +14,8 @@ from skimage.metrics import hausdorff_distance, structural_similarity
 
 import lixel as lx
 
+pytestmark = pytest.mark.of_checkout("it compares with another renderer")
+
 WIDTH, HEIGHT = 240, 135
 
 SCENES = {

@@ -14,6 +14,8 @@ sys.path.insert(0, str(ROOT / "tests" / "tools"))
 
 from mutant_list import MUTANTS  # noqa: E402
 
+pytestmark = pytest.mark.of_checkout("it reads the source")
+
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: f"{mutant.subject}, {mutant.name}")
 def test_a_mutant_changes_a_text_that_stands_once(mutant):

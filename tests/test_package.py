@@ -60,6 +60,7 @@ def test_a_server_without_a_desktop_gets_no_complaints():
     assert (ran.stdout, ran.stderr) == ("", "")
 
 
+@pytest.mark.of_checkout("it packs the checkout")
 def test_the_source_distribution_is_small_and_has_no_results(tmp_path):
     command = [sys.executable, "-m", "maturin", "sdist", "-o", str(tmp_path)]
     subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
@@ -73,6 +74,7 @@ def test_the_source_distribution_is_small_and_has_no_results(tmp_path):
     assert not [name for name in names if name.startswith(("docs/", "notebooks/", "tests/"))]
 
 
+@pytest.mark.of_checkout("it runs make")
 @pytest.mark.skipif(sys.platform != "linux", reason="make and apt are Linux's")
 def test_make_demo_says_what_it_installs_before_it_does():
     dry = subprocess.run(

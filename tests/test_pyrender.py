@@ -16,6 +16,8 @@ from skimage.metrics import structural_similarity
 
 import lixel as lx
 
+pytestmark = pytest.mark.of_checkout("it compares with another renderer")
+
 # Off screen; set before the first import of OpenGL.
 os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
 

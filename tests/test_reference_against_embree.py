@@ -12,16 +12,23 @@ images.
 
 import json
 import os
+import platform
 from pathlib import Path
 
 import numpy as np
 import pytest
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 import lixel as lx
 from lixel.lab.rays import ray_directions, ray_offset
 from lixel.lab.views import Views
+
+if platform.machine() == "aarch64":
+    pytest.skip("embreex has no wheels for this platform", allow_module_level=True)
+
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+pytestmark = pytest.mark.of_checkout("it compares with another renderer")
 
 SIZE = tuple(int(n) for n in os.environ.get("LIXEL_TEST_SIZE", "480x270").split("x"))
 

@@ -11,6 +11,8 @@ import yaml
 
 import lixel as lx
 
+pytestmark = pytest.mark.of_checkout("it reads files of the checkout")
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -88,3 +90,62 @@ def test_each_argument_of_a_function_is_described(name):
     )
     words = {word.strip("*") for line in described for word in line.split(", ")}
     assert set(inspect.signature(function).parameters) <= words
+
+
+# --- The workflow that makes wheels ---
+
+WORKFLOW = ROOT / ".github" / "workflows" / "wheels.yml"
+JOBS = yaml.safe_load(WORKFLOW.read_text(encoding="utf-8"))["jobs"]
+
+
+def steps_of(job, action):
+    """What each step of a job gives an action."""
+    return [step["with"] for step in JOBS[job]["steps"] if step.get("uses", "").startswith(action)]
+
+
+def commands_of(job):
+    return "\n".join(step.get("run", "") for step in JOBS[job]["steps"])
+
+
+def test_wheels_are_of_the_oldest_python_and_tested_on_a_newer_one():
+    oldest = found_in("pyproject.toml", r'^requires-python = ">=([\d.]+)"$')
+    # One wheel for all of them.
+    assert found_in("Cargo.toml", r'features = \["abi3-py(\d+)"\]') == oldest.replace(".", "")
+    for job in ("wheel", "sdist"):
+        assert steps_of(job, "actions/setup-python@") == [{"python-version": oldest}]
+    versions = JOBS["test"]["strategy"]["matrix"]["python"]
+    assert versions[0] == oldest
+    assert len(versions) > 1
+
+
+def test_every_wheel_is_built_with_the_lock_file_and_tested():
+    platforms = {row["platform"]: row for row in JOBS["wheel"]["strategy"]["matrix"]["include"]}
+    assert set(platforms) == {
+        "manylinux-x86_64", "manylinux-aarch64", "macos-arm64", "windows-x86_64",
+    }  # fmt: skip
+    matrix = JOBS["test"]["strategy"]["matrix"]
+    assert matrix["platform"] == list(platforms)
+    # Where it was built, so that it runs on the processor that it is for.
+    assert {row["platform"]: row["runner"] for row in matrix["include"]} == {
+        name: row["runner"] for name, row in platforms.items()
+    }
+    (built,) = steps_of("wheel", "PyO3/maturin-action@")
+    assert {"--release", "--locked", "--strip"} <= set(built["args"].split())
+    (uploaded,), (fetched,) = (
+        steps_of("wheel", "actions/upload-artifact@"),
+        steps_of("test", "actions/download-artifact@"),
+    )
+    assert uploaded["name"] == fetched["name"]
+    (packed,) = steps_of("sdist", "PyO3/maturin-action@")
+    assert packed["command"] == "sdist"
+
+
+def test_wheels_are_tested_on_the_cpu_engine_alone():
+    assert JOBS["test"]["env"] == JOBS["sdist"]["env"] == {"LIXEL_DEVICE": "cpu"}
+    marker = re.search(r'pytest .*-m "not (\w+)"', commands_of("test"))[1]
+    assert f'"{marker}(why): ' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    for job in ("test", "sdist"):
+        for tool in re.findall(r"python (tests/\S+)", commands_of(job)):
+            assert (ROOT / tool).is_file()
+    # No driver is installed, and nothing of the checkout's package is used.
+    assert not re.search(r"apt|vulkan|PYTHONPATH", commands_of("test"))
