@@ -6,14 +6,14 @@ import math
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, overload
+from typing import Any, ClassVar, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import REAL, array_of
 from .coverage import Coverage, CoverageComparison, compare_shares
-from .likeness import structural_similarity
+from .likeness import Likeness
 from .pictures import display
 from .receivers import Receivers
 from .reference import Reference
@@ -26,7 +26,7 @@ MAX_TIE_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Comparison:
+class Comparison(Likeness):
     """A visibility image against the truth. All that costs time is computed on first use.
 
     A pixel is *misclassified* where the image says lit and the truth says shadow (*false lit*) or
@@ -58,12 +58,17 @@ class Comparison:
 
     lit: npt.NDArray[np.bool_]
     expected: npt.NDArray[np.bool_]
-    covered: npt.NDArray[np.bool_]
     counted: npt.NDArray[np.bool_]
     float32_tie: npt.NDArray[np.bool_]
     partly_lit: npt.NDArray[np.bool_]
-    other_surface: npt.NDArray[np.bool_]
     facing: npt.NDArray[np.bool_] | None
+
+    NUMBERS: ClassVar[tuple[str, ...]] = (
+        "misclassified_count", "false_lit_count", "false_shadow_count",
+        "covered_count", "facing_count", "tie_count", "float32_tie_count", "partly_lit_count",
+        "judged_share", "rate_covered", "rate_facing",
+        "ssim", "hausdorff", "edge_displacement_mean", "edge_displacement_p95",
+    )  # fmt: skip
 
     # --- Masks ---
 
@@ -98,11 +103,6 @@ class Comparison:
     def misclassified_count(self) -> int:
         """Pixels that are false lit, false shadow, or of another surface."""
         return int(np.count_nonzero(self.misclassified))
-
-    @cached_property
-    def covered_count(self) -> int:
-        """Pixels that see a surface, ties included."""
-        return int(np.count_nonzero(self.covered))
 
     @cached_property
     def tie_count(self) -> int:
@@ -159,11 +159,8 @@ class Comparison:
 
     # --- Likeness of the pictures and of their edges ---
 
-    @cached_property
-    def ssim(self) -> float:
-        """Structural similarity of the two pictures, lit 1 and shadow 0, the background 1 in both;
-        1 where they are equal. NaN for images smaller than 3 x 3."""
-        return structural_similarity(self.lit, self.expected)
+    def _both(self) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+        return self.lit, self.expected
 
     @property
     def hausdorff(self) -> float:
@@ -214,16 +211,6 @@ class Comparison:
         picture[self.false_lit] = FALSE_LIT
         return picture
 
-    def as_dict(self) -> dict[str, Any]:
-        """Every number by name, for a table; computes all of them."""
-        names = (
-            "misclassified_count", "false_lit_count", "false_shadow_count",
-            "covered_count", "facing_count", "tie_count", "float32_tie_count", "partly_lit_count",
-            "judged_share", "rate_covered", "rate_facing",
-            "ssim", "hausdorff", "edge_displacement_mean", "edge_displacement_p95",
-        )  # fmt: skip
-        return {name: getattr(self, name) for name in names}
-
     def __str__(self) -> str:
         facing = self.rate_facing
         return (
@@ -238,12 +225,6 @@ class Comparison:
 
     def __repr__(self) -> str:
         return f"<lixel.Comparison: {self}{f'; WARNING: {self.warning}' if self.warning else ''}>"
-
-    def _repr_png_(self) -> bytes:
-        return display.png_bytes(self.picture())
-
-    def _repr_html_(self) -> str:
-        return display.html_figure(self.picture(), self.as_dict().items(), str(self))
 
 
 @overload

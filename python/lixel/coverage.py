@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, SupportsIndex
+from typing import Any, ClassVar, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from .arguments import count, instance
 from .camera import Camera
 from .frame import check_view, render_shadows
 from .light import Light
-from .likeness import structural_similarity
+from .likeness import Likeness
 from .methods import Method
 from .pictures import display
 from .reference import reference
@@ -166,7 +166,7 @@ def sample_places(samples: int) -> npt.NDArray[np.float64]:
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CoverageComparison:
+class CoverageComparison(Likeness):
     """An image of shares against a `Coverage`. All that costs time is computed on first use.
 
     Attributes
@@ -182,20 +182,13 @@ class CoverageComparison:
     """
 
     difference: npt.NDArray[np.float32]
-    covered: npt.NDArray[np.bool_]
-    other_surface: npt.NDArray[np.bool_]
     samples: int
     _pictures: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
-    @cached_property
-    def covered_count(self) -> int:
-        """Pixels in which both see a surface."""
-        return int(np.count_nonzero(self.covered))
-
-    @cached_property
-    def other_surface_count(self) -> int:
-        """Pixels in which only one of the two sees a surface."""
-        return int(np.count_nonzero(self.other_surface))
+    NUMBERS: ClassVar[tuple[str, ...]] = (
+        "mean_absolute_error", "rmse", "beyond_count", "rate_beyond", "ssim", "covered_count",
+        "other_surface_count", "samples",
+    )  # fmt: skip
 
     @cached_property
     def mean_absolute_error(self) -> float:
@@ -225,11 +218,8 @@ class CoverageComparison:
         """Those over covered pixels, in [0, 1]; 0 where nothing is covered."""
         return self.beyond_count / max(self.covered_count, 1)
 
-    @cached_property
-    def ssim(self) -> float:
-        """Structural similarity of the two pictures, 1 where nothing is seen; 1 where they are
-        equal. NaN for images smaller than 3 x 3."""
-        return structural_similarity(*self._pictures)
+    def _both(self) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+        return self._pictures
 
     def picture(self) -> npt.NDArray[np.uint8]:
         """(H, W, 3) uint8: the image, redder where it is wrong."""
@@ -239,29 +229,12 @@ class CoverageComparison:
         mixed = picture * (1.0 - share) + np.array(WRONG) * share
         return np.asarray(np.round(mixed), np.uint8)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Every number by name, for a table; computes all of them."""
-        names = (
-            "mean_absolute_error", "rmse", "beyond_count", "rate_beyond", "ssim", "covered_count",
-            "other_surface_count", "samples",
-        )  # fmt: skip
-        return {name: getattr(self, name) for name in names}
-
     def __str__(self) -> str:
         return (
             f"mean absolute error {self.mean_absolute_error:.4f}, RMSE {self.rmse:.4f}; "
             f"{self.beyond_count:,} of {self.covered_count:,} covered pixels off by more than one "
             f"of {self.samples} samples"
         )
-
-    def __repr__(self) -> str:
-        return f"<lixel.CoverageComparison: {self}>"
-
-    def _repr_png_(self) -> bytes:
-        return display.png_bytes(self.picture())
-
-    def _repr_html_(self) -> str:
-        return display.html_figure(self.picture(), self.as_dict().items(), str(self))
 
 
 def compare_shares(image: npt.NDArray[Any], truth: Coverage) -> CoverageComparison:
