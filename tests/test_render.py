@@ -212,3 +212,39 @@ def test_a_frame_has_no_parts_that_nobody_asked_for(method, view):
     assert parts.method.map_resolution is None or parts.outputs.light_matrix.shape[1:] == (4, 4)
     assert parts.outputs.shadow_map is None
     assert parts.visibility.tobytes() == lx.render_shadows(*view, method).tobytes()
+
+
+# --- dtype ---
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, "uint8", np.dtype("u1")])
+def test_bytes_are_the_image_times_255_and_white_behind_it(dtype, view):
+    soft = lx.DesiredView(resolution=64, lookup=lx.Pcf(radius=3.0))
+    for method in ("exact", soft):
+        image = lx.render_shadows(*view, method)
+        found = lx.render_shadows(*view, method, dtype=dtype)
+        assert (found.dtype, found.shape) == (np.uint8, image.shape)
+        # Nothing that is kept was overwritten.
+        assert image.tobytes() == lx.render_shadows(*view, method).tobytes()
+        assert (found[np.isnan(image)] == 255).all()
+        values = found[~np.isnan(image)]
+        assert np.array_equal(values, np.round(255 * image[~np.isnan(image)]))
+        assert {0, 255} <= set(values.tolist())
+    assert len(set(values.tolist())) > 2
+
+
+def test_several_lights_are_layers_of_bytes(view):
+    lights = [view.light, lx.PointLight((1, 4, 1))]
+    images = lx.render_shadows(*view[:2], lights, "exact", dtype=np.uint8)
+    assert images.dtype == np.uint8
+    for image, light in zip(images, lights, strict=True):
+        alone = lx.render_shadows(*view[:2], light, "exact", dtype=np.uint8)
+        assert image.tobytes() == alone.tobytes()
+    none = lx.render_shadows(*view[:2], [], "exact", dtype=np.uint8)
+    assert (none.dtype, none.shape) == (np.uint8, (0, 64, 96))
+
+
+@pytest.mark.parametrize("dtype", [None, bool, np.float64, "bytes", np.int8, object()])
+def test_another_dtype_is_refused(dtype, view):
+    with pytest.raises(ValueError, match="dtype must be float32 or uint8, got "):
+        lx.render_shadows(*view, dtype=dtype)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, SupportsIndex, TypeAlias, get_args
+from typing import Any, Literal, SupportsIndex, TypeAlias, get_args, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -202,18 +202,51 @@ class Frame(Receivers):
         return display.html_figure(self._picture(), rows, str(self.method))
 
 
+@overload
 def render_shadows(
     scene: Scene,
     camera: Camera,
     light: Light | Sequence[Light],
     method: str | Method | None = None,
     *,
+    dtype: type[np.float32] | Literal["float32"] = np.float32,
     device: str | None = None,
     threads: SupportsIndex | None = None,
     max_error: float | None = None,
     max_ms: float | None = None,
     **parameters: Any,
-) -> npt.NDArray[np.float32]:
+) -> npt.NDArray[np.float32]: ...
+
+
+@overload
+def render_shadows(
+    scene: Scene,
+    camera: Camera,
+    light: Light | Sequence[Light],
+    method: str | Method | None = None,
+    *,
+    dtype: type[np.uint8] | Literal["uint8"],
+    device: str | None = None,
+    threads: SupportsIndex | None = None,
+    max_error: float | None = None,
+    max_ms: float | None = None,
+    **parameters: Any,
+) -> npt.NDArray[np.uint8]: ...
+
+
+def render_shadows(
+    scene: Scene,
+    camera: Camera,
+    light: Light | Sequence[Light],
+    method: str | Method | None = None,
+    *,
+    dtype: npt.DTypeLike = np.float32,
+    device: str | None = None,
+    threads: SupportsIndex | None = None,
+    max_error: float | None = None,
+    max_ms: float | None = None,
+    **parameters: Any,
+) -> npt.NDArray[Any]:
     """Which pixels the light, or each of several lights, reaches.
 
     Several lights share the pass that finds what the camera sees. On a GPU they submit their work
@@ -229,6 +262,8 @@ def render_shadows(
         ``DesiredView(resolution=2048)``; ``"auto"`` chooses for each light, see `Auto`. None:
         ``"exact"`` on the CPU engine, where nothing is faster; on a GPU, or where `max_error` or
         `max_ms` is given, ``"auto"``.
+    dtype : {float32, uint8}
+        Of the image, as numpy or its names have it: ``np.uint8`` is a quarter of the memory.
     device : str, optional
         Who renders: ``"cpu"``, lixel's own engine, which needs no driver; ``"gpu"``, the best
         adapter, of hardware or else of software; or a part of the name of an adapter, in any case,
@@ -247,31 +282,34 @@ def render_shadows(
 
     Returns
     -------
-    (H, W) float32
-        1 lit, 0 in shadow, NaN where no surface is seen; row 0 at the top. For ``L`` lights
-        (L, H, W), in their order, each layer what the light alone would give.
+    (H, W) float32 or uint8
+        1 lit, 0 in shadow, NaN where no surface is seen; row 0 at the top. As uint8 255 lit, 0 in
+        shadow, and 255 where no surface is seen. For ``L`` lights (L, H, W), in their order, each
+        layer what the light alone would give.
 
     Raises
     ------
     ValueError
         An unknown method; the message lists the known ones. `max_error` or `max_ms` with a method
-        other than ``"auto"``. A device that there is not; the message lists the adapters.
+        other than ``"auto"``. A device that there is not; the message lists the adapters. Another
+        `dtype`.
     TypeError
         An argument of another type, or a parameter that the method does not have; the message lists
         those that it has.
     DeviceError
         No adapter, or it lacks what the method needs. The message says the remedy.
     """
+    kind = _dtype_of_image(dtype)
     chosen = chosen_method(method, device, parameters, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
     check_view(scene, camera)
     lights, is_list = one_or_several(light)
     found = _parts_of_lights(scene, camera, lights, chosen, on)
     if is_list:
-        images = np.array([parts.visibility for parts in found], np.float32)
+        images = np.array([_as_dtype(parts.visibility, kind) for parts in found], kind)
         return images.reshape(-1, camera.height, camera.width)
     [parts] = found
-    return parts.visibility
+    return _as_dtype(parts.visibility, kind)
 
 
 def render(
@@ -411,6 +449,25 @@ def _own_parts(
             timings[label] = timings.get(label, 0.0) + milliseconds
         found.append(replace(parts, method=method, timings=timings))
     return found
+
+
+def _dtype_of_image(dtype: npt.DTypeLike) -> np.dtype[Any]:
+    try:
+        kind = np.dtype(dtype)
+    except TypeError:
+        kind = None
+    if dtype is None or kind not in (np.float32, np.uint8):
+        raise ValueError(f"dtype must be float32 or uint8, got {dtype!r}")
+    return kind
+
+
+def _as_dtype(visibility: npt.NDArray[np.float32], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """The image itself, or as bytes; it is overwritten on the way, which spares copies."""
+    if dtype == visibility.dtype:
+        return visibility
+    np.fmin(visibility, 1.0, out=visibility)  # 1 for NaN
+    np.multiply(visibility, 255.0, out=visibility)
+    return np.rint(visibility, out=visibility).astype(dtype)
 
 
 def _on(device: str | None, threads: SupportsIndex | None) -> tuple[str | None, int | None]:
