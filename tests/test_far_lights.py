@@ -20,6 +20,7 @@ COMPOSED = [
     "improved_paraboloid+notw",
     "spot+rtw",
     "lispsm+notw",
+    "trapezoidal+notw",
     "scene_optimized+notw",
     "min_sm+rtw",
 ]

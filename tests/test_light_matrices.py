@@ -13,6 +13,7 @@ import lixel as lx
 MATRIX_METHODS = [
     lx.Focused,
     lx.LightSpacePerspective,
+    lx.Trapezoidal,
     lx.PerspectiveShadowMap,
     lx.PlaneOptimal,
     lx.SceneOptimized,
@@ -34,7 +35,9 @@ def texels(frame: lx.Frame, points: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("direction", [(0.3, -1, 0.2), (-0.9, -0.3, 0.1), (0.1, -0.15, -1)])
 @pytest.mark.parametrize("fit", ["receivers", "frustum"])
-@pytest.mark.parametrize("method", [lx.Focused, lx.LightSpacePerspective, lx.PerspectiveShadowMap])
+@pytest.mark.parametrize(
+    "method", [lx.Focused, lx.LightSpacePerspective, lx.Trapezoidal, lx.PerspectiveShadowMap]
+)
 def test_what_is_seen_is_in_the_map(method, fit, direction, objects):
     frame = lx.render(*objects, lx.DirectionalLight(direction), method(resolution=200, fit=fit))
     places = texels(frame, frame.position[frame.facing])
@@ -144,7 +147,7 @@ def test_lights_with_a_position(method, kind, objects):
     assert wrong.misclassified_count < (0.4 if method is lx.PlaneOptimal else 0.1) * dark
 
 
-@pytest.mark.parametrize("fit", ["lispsm", "scene_optimized"])
+@pytest.mark.parametrize("fit", ["lispsm", "trapezoidal", "scene_optimized"])
 @pytest.mark.parametrize("warp", [lx.NonOrthogonalWarp, lx.RectilinearWarp])
 def test_warps_compose_with_light_matrices(fit, warp, objects):
     directions = [(0.4, -1, 0.2), (-0.4, -1, 0.2), (0.1, -1, 0.5), (0.7, -0.6, -0.2)]
@@ -207,12 +210,13 @@ def test_a_frustum_that_begins_at_the_eye_leaves_texels_for_what_is_seen(directi
     camera = lx.Camera.look_at(eye, target, yfov=1.0, width=320, height=180)
     light = lx.DirectionalLight(direction)
     truth = lx.reference(scene, camera, light)
-    focused, lispsm = (
+    focused, lispsm, trapezoidal = (
         lx.compare(lx.render(scene, camera, light, method), truth).misclassified_count
         for method in (
             lx.Focused(fit="frustum", resolution=512),
             lx.LightSpacePerspective(fit="frustum", resolution=512),
+            lx.Trapezoidal(fit="frustum", resolution=512),
         )
     )
     assert truth.covered.mean() > 0.5
-    assert lispsm < 3 * focused + 50
+    assert max(lispsm, trapezoidal) < 3 * focused + 50

@@ -72,6 +72,15 @@ MAX_WRONG = {
         "needles": 2160,
         "terrain": 626,
     },
+    "trapezoidal": {
+        "plane_and_box": 4,
+        "objects_on_floor": 323,
+        "colonnade": 139,
+        "city": 46,
+        "grass": 2810,
+        "needles": 2281,
+        "terrain": 981,
+    },
     "psm": {
         "plane_and_box": 4,
         "objects_on_floor": 417,

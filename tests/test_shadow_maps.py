@@ -18,6 +18,7 @@ LINEAR = [lx.Uniform, lx.DesiredView]
 HOMOGRAPHIES = [
     lx.Focused,
     lx.LightSpacePerspective,
+    lx.Trapezoidal,
     lx.PerspectiveShadowMap,
     lx.PlaneOptimal,
     lx.SceneOptimized,
@@ -242,7 +243,7 @@ def test_aliasing_error_of_a_plane():
     assert np.isnan(frame.aliasing_error[~frame.covered]).all()
 
 
-@pytest.mark.parametrize("method", ["uniform", "desired_view", "psm", "lispsm"])
+@pytest.mark.parametrize("method", ["uniform", "desired_view", "psm", "lispsm", "trapezoidal"])
 def test_largest_aliasing_error_of_a_frustum(view, method):
     """From the matrices alone: a texel's sides by unprojecting its neighbours at the point's depth,
     a pixel's width by the area of its beam."""

@@ -25,4 +25,6 @@ pub mod scene_optimized;
 pub mod snapping;
 pub mod source;
 pub mod subject;
+pub mod trapezoid;
 pub mod uniform;
+pub mod view_across;

@@ -8,6 +8,7 @@ use super::prelude::*;
 use super::psm::Perspective;
 use super::scene_optimized::SceneOptimized;
 use super::schema::{Typed, Value, chosen};
+use super::trapezoidal::Trapezoidal;
 use super::{cube, dual_paraboloid, spot};
 use crate::fits::cascades::{Slabs, fit_cascades};
 use crate::fits::given::{GivenLayers, fit_given};
@@ -114,6 +115,10 @@ pub const FITS: Choices<Fit> = &[
     (
         "lispsm",
         turning(|view, wanted| LightSpacePerspective::defaults().fit(view, wanted.resolution)),
+    ),
+    (
+        "trapezoidal",
+        turning(|view, wanted| Trapezoidal::defaults().fit(view, wanted.resolution)),
     ),
     (
         "scene_optimized",

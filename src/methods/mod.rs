@@ -28,6 +28,7 @@ pub mod scene_optimized;
 pub mod schema;
 mod shadow_volumes;
 mod spot;
+mod trapezoidal;
 mod uniform;
 mod warps;
 
@@ -105,6 +106,7 @@ methods! {
     MinimalShadowMap = min_sm::MinimalShadowMap,
     Focused = focused::Focused,
     LightSpacePerspective = lispsm::LightSpacePerspective,
+    Trapezoidal = trapezoidal::Trapezoidal,
     Perspective = psm::Perspective,
     PlaneOptimal = plane_optimal::PlaneOptimal,
     SceneOptimized = scene_optimized::SceneOptimized,

@@ -30,6 +30,7 @@ from .light_matrices import (
     PerspectiveShadowMap as PerspectiveShadowMap,
     PlaneOptimal as PlaneOptimal,
     SceneOptimized as SceneOptimized,
+    Trapezoidal as Trapezoidal,
 )
 from .maps import (
     Cascades as Cascades,
@@ -70,6 +71,7 @@ MapMethod: TypeAlias = (
     | MinimalShadowMap
     | Focused
     | LightSpacePerspective
+    | Trapezoidal
     | PerspectiveShadowMap
     | PlaneOptimal
     | SceneOptimized

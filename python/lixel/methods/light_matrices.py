@@ -114,6 +114,56 @@ class LightSpacePerspective(LightMatrixMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Trapezoidal(LightMatrixMethod):
+    """A trapezoid around what is seen, as the light sees it, becomes the map.
+
+    Its centre line is the view through the eye; its top line, before what is seen, and its base
+    line, behind it, lie across that; its sides meet in a point q and touch what is seen. With x
+    beside the centre line and y along it, from the top line, and :math:`\\lambda` the length,
+
+    .. math:: u = \\frac{q x}{y + q}, \\quad v = \\frac{(\\lambda + q) y}{\\lambda (y + q)}, \\quad
+              q = \\frac{(1 - \\xi) f}{\\xi - f} \\lambda
+
+    so that the nearer part of the trapezoid, the share f (`focus`) of its length, gets the share
+    :math:`\\xi` (`line`) of the map: the paper's 80 % rule.
+
+    The paper lays the trapezoid around the view frustum, ``fit="frustum"``, and focuses on what is
+    nearer than a distance from the eye. Where the view covers less than half of the trapezoid's
+    length, because the light shines nearly along it, f moves towards :math:`\\xi`, and the
+    trapezoid towards a box, without a jump. So it is a box for an orthographic camera, too.
+
+    Limits: a light along the view has a map that is that of `Focused`. Rows of texels are even
+    across the centre line, so that near things at the sides of a wide view have no more than far
+    ones in the middle of it.
+
+    Parameters
+    ----------
+    focus : float
+        The nearer part of the trapezoid, as a share of its length above 0. From `line` on the
+        trapezoid is a box.
+    line : float
+        The share of the map that the nearer part gets, above 0 and below 1.
+
+    The others are those of `LightMatrixMethod`.
+
+    References
+    ----------
+    T. Martin, T.-S. Tan, "Anti-aliasing and continuity with trapezoidal shadow maps", Eurographics
+    Symposium on Rendering 2004.
+
+    Examples
+    --------
+    >>> Trapezoidal(focus=0.4).line
+    0.8
+    """
+
+    name: ClassVar[str] = "trapezoidal"
+
+    focus: float = 0.5
+    line: float = 0.8
+
+
+@dataclass(frozen=True, kw_only=True)
 class PerspectiveShadowMap(LightMatrixMethod):
     """A map of the scene after the camera's perspective, in which near things are large.
 

@@ -25,6 +25,7 @@ Fit: TypeAlias = Literal[
     "psm",
     "plane_optimal",
     "lispsm",
+    "trapezoidal",
     "scene_optimized",
     "cube",
     "dual_paraboloid",
@@ -59,9 +60,9 @@ class FittedWarp(BoxMethod, RotatedMethod):
         texel by its importance alone;
         ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
         axes of the receivers. ``"cascades"``, ``"focused"``, ``"psm"``, ``"plane_optimal"``,
-        ``"lispsm"`` and ``"scene_optimized"`` are the maps of `Cascades`, `Focused`,
-        `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective` and `SceneOptimized` with
-        their defaults; ``"cube"``, ``"dual_paraboloid"``,
+        ``"lispsm"``, ``"trapezoidal"`` and ``"scene_optimized"`` are the maps of `Cascades`,
+        `Focused`, `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective`, `Trapezoidal`
+        and `SceneOptimized` with their defaults; ``"cube"``, ``"dual_paraboloid"``,
         ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
         of its receivers. A `LightMatrix` is warped as it is.
     snap : bool
