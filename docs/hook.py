@@ -12,6 +12,7 @@ import inspect
 import io
 import re
 import textwrap
+from functools import cache
 from pathlib import Path
 
 import matplotlib as mpl
@@ -22,13 +23,14 @@ from markdown.preprocessors import Preprocessor
 from matplotlib import mathtext
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 import lixel as lx
 from lixel import _core
 from lixel.lab import departures
 from lixel.lab.result_tables import read
 from lixel.methods import PAPERS, PUBLISHED
-from lixel.pictures import plots
+from lixel.pictures import display, plots
 
 mpl.use("agg")
 
@@ -57,7 +59,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, method in lx.METHODS.items():
         add(f"methods/{name}.md", method_page(name, method))
         add(f"methods/{name}.png", figure(method))
+        add(f"gallery/{name}.png", display.png_bytes(compared(method, *IN_GALLERY).picture()))
     folder = Path(__file__).parent
+    # What the site has no page of stays as words.
+    results = (RESULTS / "README.md").read_text(encoding="utf-8")
+    add("results.md", re.sub(r"\[([^]]+)\]\(\.\./[^)]+\)", r"`\1`", results))
     add("side_by_side.png", (folder / "side_by_side.png").read_bytes())
     picture = folder / "time_against_error.png"
     if picture.exists():
@@ -66,7 +72,26 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    return markdown.replace("<!-- gallery -->", gallery())
+
+
 # --- Pages ---
+
+
+def gallery() -> str:
+    """Every method in the same view, each picture a link to its page."""
+    cards = []
+    for name, method in lx.METHODS.items():
+        found = compared(method, *IN_GALLERY)
+        wrong = f"{found.misclassified_count:,} wrong"
+        lamp = "" if method().takes(SUN) else ", by a lamp"
+        cards.append(
+            f'<a href="methods/{name}/"><img src="gallery/{name}.png" alt="{name}: {wrong}" '
+            f'width="{IN_GALLERY[0][0]}" height="{IN_GALLERY[0][1]}" loading="lazy">'
+            f"<code>{name}</code> <span>{wrong}{lamp}</span></a>"
+        )
+    return f'<div class="gallery">\n{chr(10).join(cards)}\n</div>'
 
 
 def methods_page() -> str:
@@ -249,17 +274,36 @@ def api_page(start: str) -> str:
 # --- Figures ---
 
 
+SCENE = lx.scenes.colonnade()
+SUN = SCENE.lights["default"]
+PLACE = (0.4, 3.4, -6.3)
+LIGHTS = (SUN, lx.PointLight(PLACE), lx.SpotLight(PLACE, (0.1, -1.0, 0.4), 1.0))
+
+IN_GALLERY, IN_FIGURE = ((320, 180), 128), ((480, 270), 256)
+"""Sizes of the images, and texels along a side of the maps."""
+
+
+@cache
+def rendered(method: type, size: tuple[int, int], resolution: int) -> lx.Frame:
+    chosen = method(resolution=resolution) if hasattr(method(), "resolution") else method()
+    light = next(light for light in LIGHTS if chosen.takes(light))
+    return lx.render(SCENE, SCENE.cameras["default"].resized(*size), light, chosen)
+
+
+@cache
+def truth(size: tuple[int, int], light: lx.Light) -> lx.Reference:
+    return lx.reference(SCENE, SCENE.cameras["default"].resized(*size), light)
+
+
+def compared(method: type, size: tuple[int, int], resolution: int) -> lx.Comparison:
+    frame = rendered(method, size, resolution)
+    return lx.compare(frame, truth(size, frame.light))
+
+
 def figure(method: type) -> bytes:
-    scene = lx.scenes.colonnade()
-    camera, light = scene.cameras["default"].resized(480, 270), scene.lights["default"]
-    chosen = method(resolution=256) if hasattr(method(), "resolution") else method()
-    place = (0.4, 3.4, -6.3)
-    lights = (light, lx.PointLight(place), lx.SpotLight(place, (0.1, -1.0, 0.4), 1.0))
-    light = next(light for light in lights if chosen.takes(light))
-    frame = lx.render(scene, camera, light, chosen)
     shown, axes = plt.subplots(1, 2, figsize=(12, 3.6), layout="constrained")
-    plots.difference(lx.compare(frame, lx.reference(scene, camera, light)), axes[0])
-    plots.aliasing_error(frame, axes[1])
+    plots.difference(compared(method, *IN_FIGURE), axes[0])
+    plots.aliasing_error(rendered(method, *IN_FIGURE), axes[1])
     stream = io.BytesIO()
     shown.savefig(stream, dpi=100)
     plt.close(shown)

@@ -3,10 +3,14 @@
 import re
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
+import numpy as np
 import pytest
 import tables
+from PIL import Image
 
 import lixel as lx
 
@@ -66,21 +70,77 @@ def test_the_rule_of_the_auto_lookup_has_the_numbers_of_the_shader():
         assert all(re.search(rf"\b{re.escape(number)}\b", rule) for number in numbers)
 
 
-def test_the_site_is_built_without_a_warning(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The folder of the site, built without a warning."""
+    folder = tmp_path_factory.mktemp("docs") / "site"
     ran = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet",
-         "--config-file", str(DOCS / "mkdocs.yml"), "--site-dir", str(tmp_path / "site")],
+         "--config-file", str(DOCS / "mkdocs.yml"), "--site-dir", str(folder)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stdout + ran.stderr
+    return folder
+
+
+def test_every_method_has_a_page(site):
     for name, method in lx.METHODS.items():
-        page = (tmp_path / "site" / "methods" / name / "index.html").read_text()
+        page = (site / "methods" / name / "index.html").read_text()
         assert f"lx.{method.__name__}" in page
-        assert (tmp_path / "site" / "methods" / f"{name}.png").stat().st_size > 10_000
+        assert (site / "methods" / f"{name}.png").stat().st_size > 10_000
         # Equations are drawn, and nothing of the docstring's own markup is left.
         assert ("<svg" in page.split("<article")[1]) == (".. math::" in (method.__doc__ or ""))
         assert "math::" not in page
-    api = (tmp_path / "site" / "api" / "index.html").read_text()
+
+
+def test_every_public_name_is_in_the_api(site):
+    api = (site / "api" / "index.html").read_text()
     methods = {method.__name__ for method in lx.METHODS.values()}
     for name in {*lx.__all__} - methods - {"__version__", "scenes"}:
         assert f'id="lixel.{name}"' in api
+
+
+def test_the_home_page_shows_every_method(site):
+    home = (site / "index.html").read_text()
+    shown = re.findall(r'<a href="methods/(\w+)/"><img src="gallery/(\w+).png"', home)
+    assert shown == [(name, name) for name in lx.METHODS]
+    wrong = dict(re.findall(r'alt="(\w+): ([\d,]+) wrong"', home))
+    assert wrong["exact"] == wrong["ray_traced"] == "0"
+    for name in lx.METHODS:
+        pixels = np.asarray(Image.open(site / "gallery" / f"{name}.png")).astype(int)
+        red = np.count_nonzero(pixels[..., 0] - pixels[..., 1] > 100)
+        assert red == int(wrong[name].replace(",", "")), name
+
+
+class Links(HTMLParser):
+    """What a page refers to, and the names of its places."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.found, self.places = set(), set()
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        for name, value in attrs:
+            if name in ("href", "src"):
+                self.found.add(value)
+            elif name in ("id", "name"):
+                self.places.add(value)
+
+
+def test_links_within_the_site_lead_somewhere(site):
+    # Its links begin at the address that the site will have.
+    pages = {page: Links(page) for page in site.rglob("*.html") if page.name != "404.html"}
+    assert len(pages) > len(lx.METHODS)
+    broken = []
+    for page, links in pages.items():
+        for link in links.found:
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+            target = target / "index.html" if target.is_dir() else target
+            places = pages[target].places if target in pages else {""}
+            if not target.is_file() or unquote(parts.fragment) not in {"", *places}:
+                broken.append(f"{page.relative_to(site)}: {link}")
+    assert broken == []

@@ -63,7 +63,7 @@ class Comparison(Likeness):
     partly_lit: npt.NDArray[np.bool_]
     facing: npt.NDArray[np.bool_] | None
 
-    NUMBERS: ClassVar[tuple[str, ...]] = (
+    _NUMBERS: ClassVar[tuple[str, ...]] = (
         "misclassified_count", "false_lit_count", "false_shadow_count",
         "covered_count", "facing_count", "tie_count", "float32_tie_count", "partly_lit_count",
         "judged_share", "rate_covered", "rate_facing",

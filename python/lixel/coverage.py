@@ -185,7 +185,7 @@ class CoverageComparison(Likeness):
     samples: int
     _pictures: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
-    NUMBERS: ClassVar[tuple[str, ...]] = (
+    _NUMBERS: ClassVar[tuple[str, ...]] = (
         "mean_absolute_error", "rmse", "beyond_count", "rate_beyond", "ssim", "covered_count",
         "other_surface_count", "samples",
     )  # fmt: skip

@@ -21,7 +21,7 @@ class Likeness(ABC):
     covered: npt.NDArray[np.bool_]
     other_surface: npt.NDArray[np.bool_]
 
-    NUMBERS: ClassVar[tuple[str, ...]]
+    _NUMBERS: ClassVar[tuple[str, ...]]
     """The names of all that is a number."""
 
     @cached_property
@@ -50,7 +50,7 @@ class Likeness(ABC):
 
     def as_dict(self) -> dict[str, Any]:
         """Every number by name, for a table; computes all of them."""
-        return {name: getattr(self, name) for name in self.NUMBERS}
+        return {name: getattr(self, name) for name in self._NUMBERS}
 
     def __repr__(self) -> str:
         return f"<lixel.{type(self).__name__}: {self}>"
