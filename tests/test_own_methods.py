@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import lixel as lx
+from lixel import sequence
 from lixel.lab.cases import canonical
 from lixel.methods import OWN_METHODS
 
@@ -334,6 +335,21 @@ def test_a_long_sequence_keeps_no_frames(method):
         gc.collect()
         alive.append(sum(ref() is not None for ref in seen))
     assert max(alive) <= 3
+
+
+def test_a_long_sequence_shows_how_far_it_is(monkeypatch, capfd):
+    lights = [SUN] * 3
+    for progress in (False, True):
+        list(lx.render_sequence(SCENE, CAMERA, lights, "exact", progress=progress))
+        assert capfd.readouterr().err == ""
+    monkeypatch.setattr(sequence, "SECONDS_BEFORE_BAR", 0.0)
+    list(lx.render_sequence(SCENE, CAMERA, lights, "exact", progress=False))
+    assert capfd.readouterr().err == ""
+    list(lx.render_sequence(SCENE, CAMERA, lights, "exact"))
+    assert re.search(r"frames: .* 1/3 ", capfd.readouterr().err)
+    # Nobody knows how many a generator has.
+    list(lx.render_sequence(SCENE, CAMERA, (SUN for _ in range(3)), "exact"))
+    assert re.search(r"frames: 1it", capfd.readouterr().err)
 
 
 def test_a_changed_function_is_another_case():

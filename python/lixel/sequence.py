@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sized
 from dataclasses import fields, replace
 from typing import Any, SupportsIndex, cast
 
@@ -14,6 +14,7 @@ from .camera import Camera
 from .frame import Frame, chosen_method, render
 from .light import LIGHTS, Light
 from .methods import Method
+from .points import SECONDS_BEFORE_BAR
 from .scene import Scene
 
 
@@ -25,6 +26,7 @@ def render_sequence(
     *,
     vertices: Iterable[npt.ArrayLike] | None = None,
     flicker: bool = False,
+    progress: bool = True,
     device: str | None = None,
     threads: SupportsIndex | None = None,
     **parameters: Any,
@@ -49,6 +51,9 @@ def render_sequence(
         Count in ``stats``, from the second frame on, the ``matched_pixels``, whose place the frame
         before shows, too, and the ``changed_pixels`` among them, whose visibility is another now.
         Shadows that truly move are among these; ``lixel lab flicker`` tells them apart.
+    progress : bool
+        Show a bar on stderr where it takes longer than two seconds; how many frames there will be
+        is known where `cameras`, `lights` or `vertices` have a length.
 
     Yields
     ------
@@ -92,7 +97,20 @@ def render_sequence(
     if not many:
         raise ValueError("cameras, lights or vertices must be one for each frame, got single ones")
     frames = _frames(scene, chosen, one, many, {"device": device, "threads": threads})
-    return _with_flicker(frames) if flicker else frames
+    if flicker:
+        frames = _with_flicker(frames)
+    every: tuple[object, ...] = (cameras, lights, vertices)
+    lengths = [len(value) for value in every if isinstance(value, Sized)]
+    return _with_bar(frames, min(lengths, default=None)) if progress else frames
+
+
+def _with_bar(frames: Iterator[Frame], total: int | None) -> Iterator[Frame]:
+    from tqdm import tqdm
+
+    with tqdm(desc="frames", total=total, leave=False, delay=SECONDS_BEFORE_BAR) as bar:
+        for frame in frames:
+            bar.update()
+            yield frame
 
 
 def _with_flicker(frames: Iterator[Frame]) -> Iterator[Frame]:

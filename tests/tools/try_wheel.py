@@ -37,7 +37,8 @@ def main(wheels: list[str]) -> None:
             # -I: neither this folder nor PYTHONPATH.
             step([python, "-I", "-c", code], folder)
         lixel = str(Path(python).with_name("lixel"))
-        for arguments in (["--version"], ["info"], ["render", "town.glb", "-o", "town.png"]):
+        render = ["render", "town.glb", "-o", "town.png"]
+        for arguments in (["--version"], ["info"], render, ["doctor", "cpu"]):
             step([lixel, *arguments], folder)
         assert (folder / "town.png").read_bytes().startswith(b"\x89PNG")
     print("the wheel works by itself")
