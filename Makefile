@@ -34,7 +34,7 @@ announce:
 	@echo "and writes pictures into $(OUT)/. make clean removes all but what the system got."
 
 test: export LIXEL_DEVICE := $(or $(LIXEL_DEVICE),cpu)
-test: setup-test $(VENV)/.installed-test build
+test: setup-test $(VENV)/.installed-$(if $(LIXEL_BROWSER),browser,test) build
 	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')" \
 	  cargo test --locked $(if $(filter-out cpu,$(LIXEL_DEVICE)),-- --include-ignored)
 	$(BIN)/python -m pytest --numprocesses=$(TESTERS) --dist=loadfile
@@ -90,3 +90,7 @@ $(VENV)/.installed: pyproject.toml $(VENV)/.maturin
 $(VENV)/.installed-test: pyproject.toml $(VENV)/.maturin
 	$(BIN)/maturin develop --release --locked --extras test
 	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-browser: pyproject.toml $(VENV)/.maturin
+	$(BIN)/maturin develop --release --locked --extras test,browser
+	@touch $@ $(VENV)/.installed-test $(VENV)/.installed

@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import NoReturn
 
 import pytest
-from selenium.webdriver import Chrome, ChromeOptions, ChromeService
-from selenium.webdriver.support.ui import WebDriverWait
+
+
+def is_missing(what: str) -> NoReturn:
+    """Skips the test, and says so; where LIXEL_BROWSER is set it fails."""
+    words = f"{what} is not installed; LIXEL_BROWSER=1 make test does it"
+    assert not os.environ.get("LIXEL_BROWSER"), words
+    pytest.skip(words, allow_module_level=True)
+
+
+if importlib.util.find_spec("selenium") is None:
+    is_missing("selenium, of the extra browser,")
+
+from selenium.webdriver import Chrome, ChromeOptions, ChromeService  # noqa: E402
+from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 @contextmanager
 def browser(width: int = 1280, height: int = 900) -> Iterator[Chrome]:
-    """Skips the test, and says so, where there is none; where LIXEL_BROWSER is set it fails."""
+    """A page of its own."""
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     driver = shutil.which("chromedriver")
     if program is None or driver is None:
-        missing = "Chromium and chromedriver are not installed"
-        assert not os.environ.get("LIXEL_BROWSER"), missing
-        pytest.skip(missing)
+        is_missing("Chromium, or chromedriver,")
     options = ChromeOptions()
     options.binary_location = program
     # Without a sandbox, so that root can run it; it sees nothing but the test's own pages.
