@@ -14,6 +14,13 @@ pub struct MapSettings {
 }
 
 impl MapSettings {
+    /// Whether triangles are looked up, and receivers compared with their planes less what rounding may do, which is what
+    /// texels hold: then a texel that holds the receiver's own triangle says nothing against it.
+    pub fn knows_own_triangle(self) -> bool {
+        let is_on_plane = matches!(self.bias.kind, Bias::Auto | Bias::ReceiverPlane);
+        self.lookup.triangles && self.rasterization == Rasterization::Exact && is_on_plane
+    }
+
     /// For a first pass that asks where shadows are: each receiver lit or not.
     pub fn without_filter(self) -> Self {
         Self {
@@ -201,4 +208,47 @@ impl DepthBias {
 pub fn position_rounding(projection: &Projection, eye: DVec3) -> f64 {
     let scale = (eye - projection.origin).length() + projection.kind.extent(projection);
     ROUNDING * scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AUTO: MapSettings = MapSettings {
+        rasterization: Rasterization::Exact,
+        lookup: Comparison {
+            reach: 1,
+            triangles: true,
+            ..Comparison::DEPTH
+        },
+        bias: BiasRule {
+            kind: Bias::Auto,
+            constant: None,
+            slope: 1.0,
+        },
+    };
+
+    #[test]
+    fn only_planes_of_exact_maps_know_their_own_triangle() {
+        assert!(AUTO.knows_own_triangle());
+        let of_bias = |kind| MapSettings {
+            bias: BiasRule { kind, ..AUTO.bias },
+            ..AUTO
+        };
+        assert!(of_bias(Bias::ReceiverPlane).knows_own_triangle());
+        // These may be less than a texel's depth is off: as published, a surface then shadows itself.
+        assert!(!of_bias(Bias::Constant).knows_own_triangle());
+        assert!(!of_bias(Bias::Slope).knows_own_triangle());
+        let straight = Rasterization::Linear { longest_edge: None };
+        let linear = MapSettings {
+            rasterization: straight,
+            ..AUTO
+        };
+        assert!(!linear.knows_own_triangle());
+        let depths = MapSettings {
+            lookup: Comparison::DEPTH,
+            ..AUTO
+        };
+        assert!(!depths.knows_own_triangle());
+    }
 }

@@ -6,6 +6,7 @@ use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat, u3
 use crate::cpu::rasterize::NONE;
 use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2};
+use crate::map_settings::Comparison;
 use crate::neighbourhood::Around;
 use crate::projection::Formulas;
 use fearless_simd::prelude::*;
@@ -14,6 +15,7 @@ use fearless_simd::prelude::*;
 const MOST: usize = 5;
 
 /// Of the texels around each receiver of a row, a bit for each.
+#[derive(Default)]
 pub(super) struct Seen {
     /// That are on the map and before the receiver's surface.
     pub texels: [u32; LANES],
@@ -37,14 +39,21 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) -> u32 {
         let comparison = self.layer.comparison;
         let reach = usize::from(comparison.reach);
-        let mut seen = self.look_beside(kind, rule, row, i);
+        let Some(mut seen) = self.look_around(kind, rule, row, i) else {
+            return 0;
+        };
         self.look_across_seams(kind, rule, row, i, &mut seen);
+        let settled = match self.layer.knows_own {
+            true => mask_bits(row.on_map & !row.bias.is_edge_on) & !seen.strangers,
+            false => 0,
+        };
+        self.answer(i, settled, 1.0);
         let aside = row.place - row.middle - V2::splat(splat(self.simd, 0.5));
         let (x, y): ([f32; LANES], [f32; LANES]) = (aside.x.into(), aside.y.into());
         let mut left = 0;
-        for lane in bits(mask_bits(row.on_map)) {
+        for lane in bits(mask_bits(row.on_map) & !settled) {
             let (texels, nearer) = (seen.texels[lane], seen.nearer[lane]);
-            if texels == 0 {
+            if texels == 0 && comparison.depths {
                 // The triangles in them may still stand before it.
                 left |= 1 << lane;
                 continue;
@@ -63,6 +72,98 @@ impl<S: Simd> BlockLookup<'_, S> {
             left |= u32::from(!is_behind) << lane;
         }
         left & seen.strangers
+    }
+
+    /// What lies around receivers, unless it says the same of all of them, which are then answered.
+    #[inline(always)]
+    fn look_around(
+        &mut self,
+        kind: &impl Formulas<f32x8<S>>,
+        rule: &Rule<f32x8<S>>,
+        row: &RowReceivers<S>,
+        i: usize,
+    ) -> Option<Seen> {
+        let Comparison {
+            triangles, depths, ..
+        } = self.layer.comparison;
+        let on_map = mask_bits(row.on_map);
+        let may_agree = triangles && !self.is_at_seam(row);
+        let may_be_dark = may_agree && depths && {
+            let step = self.step_to(row, self.linear_middle(row.middle));
+            let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
+            let is_nearer = Lane::less(self.stored(self.index(row.middle)), depth);
+            mask_bits(row.on_map & !is_nearer) == 0
+        };
+        let mut strangers = 0;
+        if triangles && !may_be_dark {
+            strangers = self.triangles_beside(row, i);
+            let has_open = on_map & (strangers | mask_bits(row.bias.is_edge_on)) != 0;
+            if may_agree && self.layer.knows_own && !has_open {
+                // No depth speaks against a receiver that has its own triangle all around.
+                self.answer(i, on_map, 1.0);
+                return None;
+            }
+        }
+        let seen = match depths {
+            true => self.look_beside(kind, rule, row),
+            false => Seen::default(),
+        };
+        if may_be_dark {
+            if bits(on_map)
+                .all(|lane| seen.texels[lane] == seen.nearer[lane] && seen.texels[lane] != 0)
+            {
+                self.answer(i, on_map, 0.0);
+                return None;
+            }
+            strangers = self.triangles_beside(row, i);
+        }
+        Some(Seen { strangers, ..seen })
+    }
+
+    #[inline(always)]
+    fn answer(&mut self, i: usize, receivers: u32, answer: f32) {
+        for lane in bits(receivers) {
+            self.lit[i][lane] = answer;
+        }
+    }
+
+    /// Lists the triangles of the receivers' own texels and of those beside them that are of the same patch; the receivers
+    /// that have another than their own there.
+    #[inline(always)]
+    fn triangles_beside(&mut self, row: &RowReceivers<S>, i: usize) -> u32 {
+        let simd = self.simd;
+        let own = u32x8::simd_from(simd, self.block.ids[i]);
+        let off = u32x8::simd_from(simd, OFF_MAP);
+        let side = self.layer.comparison.side();
+        let mut strangers = 0;
+        for k in 0..side * side {
+            let (index, is_beside) = self.texel_beside(row, k);
+            let found = u32x8::simd_from(simd, self.triangles(index));
+            let found = is_beside.select(found, off);
+            self.work.ids[i][k] = found.into();
+            strangers |= mask_bits(!(found.simd_eq(own) | found.simd_ge(off)));
+        }
+        strangers
+    }
+
+    /// Where one of the texels around is in the map's memory, and whose it is: on the map, and not across a seam.
+    #[inline(always)]
+    fn texel_beside(&self, row: &RowReceivers<S>, k: usize) -> ([u32; LANES], mask32x8<S>) {
+        let simd = self.simd;
+        let side = self.layer.comparison.side();
+        let reach = f32::from(self.layer.comparison.reach);
+        let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));
+        let [low, high] = row.patch;
+        let texel = V2::new(
+            row.middle.x + ((k % side) as f32 - reach),
+            row.middle.y + ((k / side) as f32 - reach),
+        );
+        let is_beside = match 2 * k + 1 == side * side {
+            true => mask32x8::from_bitmask(simd, 0xff),
+            false => is_within(texel.x, low.x, high.x) & is_within(texel.y, low.y, high.y),
+        };
+        let inside = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+        (self.index(inside), is_beside)
     }
 
     /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.
@@ -95,38 +196,19 @@ impl<S: Simd> BlockLookup<'_, S> {
     /// The receivers' own texels and those beside them that are of the same patch.
     #[inline(always)]
     fn look_beside(
-        &mut self,
+        &self,
         kind: &impl Formulas<f32x8<S>>,
         rule: &Rule<f32x8<S>>,
         row: &RowReceivers<S>,
-        i: usize,
     ) -> Seen {
         let simd = self.simd;
-        let has_triangles = self.layer.comparison.triangles;
         let side = self.layer.comparison.side();
-        let reach = f32::from(self.layer.comparison.reach);
         let middles = self.columns_and_rows(row);
-        let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));
-        let [low, high] = row.patch;
-        let (empty, own) = (
-            u32x8::simd_from(simd, 0),
-            u32x8::simd_from(simd, self.block.ids[i]),
-        );
-        let off = u32x8::simd_from(simd, OFF_MAP);
+        let empty = u32x8::simd_from(simd, 0);
         let (mut texels, mut nearer) = (empty, empty);
-        let mut strangers = 0;
         for k in 0..side * side {
-            let (dx, dy) = (k % side, k / side);
-            let texel = V2::new(
-                row.middle.x + (dx as f32 - reach),
-                row.middle.y + (dy as f32 - reach),
-            );
-            let is_beside = match 2 * k + 1 == side * side {
-                true => mask32x8::from_bitmask(simd, 0xff),
-                false => is_within(texel.x, low.x, high.x) & is_within(texel.y, low.y, high.y),
-            };
-            let index = self.index(texel.zip(last, |texel, last| Lane::clamp(texel, zero, last)));
-            let step = self.step_to(row, V2::new(middles[dx].x, middles[dy].y));
+            let (index, is_beside) = self.texel_beside(row, k);
+            let step = self.step_to(row, V2::new(middles[k % side].x, middles[k / side].y));
             let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
             let is_nearer = Lane::less(self.stored(index), depth);
             let is_before = row.plane.is_before_surface(kind, &row.bias, step);
@@ -134,18 +216,13 @@ impl<S: Simd> BlockLookup<'_, S> {
             let bit = u32x8::simd_from(simd, 1 << k);
             texels |= counts.select(bit, empty);
             nearer |= (counts & is_nearer).select(bit, empty);
-            if has_triangles {
-                let found = u32x8::simd_from(simd, self.triangles(index));
-                let found = is_beside.select(found, off);
-                self.work.ids[i][k] = found.into();
-                strangers |= mask_bits(!(found.simd_eq(own) | found.simd_ge(off)));
-            }
         }
+        let has_triangles = self.layer.comparison.triangles;
         Seen {
             texels: texels.into(),
             nearer: nearer.into(),
             known: [(!has_triangles).then_some(u32::MAX); LANES],
-            strangers,
+            ..Seen::default()
         }
     }
 

@@ -42,6 +42,8 @@ pub struct LookedUp<'a> {
     seen: Vec<ViewFromEye>,
     comparison: Comparison,
     rule: Rule<f64>,
+    /// Whether a texel that holds a receiver's own triangle is never before the receiver's plane.
+    knows_own: bool,
     /// What rounding may move a position across its surface, world units.
     margin: f32,
     size: DVec2,
@@ -72,6 +74,7 @@ impl<'a> LookedUp<'a> {
                 .map(|seen| ViewFromEye::new(&seen.view, receivers.eye))
                 .collect(),
             comparison: settings.lookup,
+            knows_own: settings.knows_own_triangle(),
             rule,
             margin: rounding as f32,
             size: DVec2::new(f64::from(projection.width), f64::from(projection.height)),

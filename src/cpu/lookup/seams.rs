@@ -15,6 +15,18 @@ use crate::warp::texels_outside;
 const SIDES: [(f32, f32); 4] = [(0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0)];
 
 impl<S: Simd> BlockLookup<'_, S> {
+    /// Whether some of the texels around lie across a seam.
+    #[inline(always)]
+    pub(super) fn is_at_seam(&self, row: &RowReceivers<S>) -> bool {
+        let reach = f32::from(self.layer.comparison.reach);
+        self.tearing_warp().is_some() && {
+            let reach = splat(self.simd, reach);
+            let [above, below, left, right] = texels_outside(row.patch, row.middle, reach);
+            let most = Lane::max(Lane::max(above, below), Lane::max(left, right));
+            mask_bits(Lane::less(splat(self.simd, 0.0), most) & row.on_map) != 0
+        }
+    }
+
     #[inline(always)]
     pub(super) fn look_across_seams(
         &mut self,
