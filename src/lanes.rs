@@ -124,6 +124,32 @@ pub struct V3<L> {
     pub z: L,
 }
 
+/// What a function makes of some things. An array's own `map` may become a call, which holds lanes in memory and knows
+/// nothing of their instructions: code for lanes takes this, which is inlined.
+pub trait Each<T> {
+    type Of<R>;
+
+    fn each<R>(self, f: impl FnMut(T) -> R) -> Self::Of<R>;
+}
+
+macro_rules! each {
+    ($count:literal: $($value:ident)+) => {
+        impl<T> Each<T> for [T; $count] {
+            type Of<R> = [R; $count];
+
+            #[inline(always)]
+            fn each<R>(self, mut f: impl FnMut(T) -> R) -> [R; $count] {
+                let [$($value),+] = self;
+                [$(f($value)),+]
+            }
+        }
+    };
+}
+
+each!(2: a b);
+each!(3: a b c);
+each!(4: a b c d);
+
 macro_rules! vector {
     ($vector:ident, $($i:ident),+) => {
         impl<L: Lane> $vector<L> {

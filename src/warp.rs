@@ -1,6 +1,6 @@
 //! Warps as values: the functions of `shaders/warp/grid.wgsl`, read back.
 
-use crate::lanes::{Lane, V2};
+use crate::lanes::{Each, Lane, V2};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -172,12 +172,13 @@ impl Warp {
     pub fn patch_of<L: Lane>(&self, functions: V2<L>, texels: usize) -> [V2<L>; 2] {
         let one = functions.x.constant(1.0);
         let count = functions.x.constant(self.functions as f64);
-        let ends = [functions.x.constant(0.0), one].map(|end| {
-            let x = (functions.y + end) / count;
-            let y = self.value_at(self.along_y(functions.y), (functions.x + end) / count);
-            V2::new(x, y).map(|place| first_centre(place, texels))
-        });
-        [ends[0], ends[1].map(|texel| texel - one)]
+        let column = self.along_y(functions.y);
+        let low = self.value_at(column, functions.x / count);
+        let high = self.value_at(column, (functions.x + one) / count);
+        let (left, right) = (functions.y / count, (functions.y + one) / count);
+        let first = V2::new(first_centre(left, texels), first_centre(low, texels));
+        let end = V2::new(first_centre(right, texels), first_centre(high, texels));
+        [first, end - V2::splat(one)]
     }
 
     /// Whether there are patches above, below, left and right of that of two functions.
@@ -187,7 +188,7 @@ impl Warp {
             functions.x.constant(0.0),
             functions.x.constant(self.functions as f64 - 1.0),
         );
-        let [row, column] = [functions.x, functions.y].map(|f| [zero.less(f), f.less(last)]);
+        let [row, column] = [functions.x, functions.y].each(|f| [zero.less(f), f.less(last)]);
         [row[0], row[1], column[0], column[1]]
     }
 
@@ -265,7 +266,7 @@ pub fn texels_outside<L: Lane>([low, high]: [V2<L>; 2], middle: V2<L>, reach: L)
     let reaches = V2::splat(reach);
     let before = low - (middle - reaches);
     let after = middle + reaches - high;
-    [before.y, after.y, before.x, after.x].map(|count| count.min(reach))
+    [before.y, after.y, before.x, after.x].each(|count| count.min(reach))
 }
 
 #[cfg(test)]

@@ -5,9 +5,7 @@
 
 use super::bins::triangles_of;
 use super::holes::Holes;
-use super::lanes::{
-    EPSILON, LANES, Simd, bits, each, f32x8, f32x16, mask_bits, mask32x8, splat, u32x16,
-};
+use super::lanes::{EPSILON, LANES, Simd, bits, f32x8, f32x16, mask_bits, mask32x8, splat, u32x16};
 use super::light_grid::{
     CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
 };
@@ -18,6 +16,7 @@ use super::receivers::{
 };
 use super::shapes::{Corners, Shapes};
 use super::tiles::BLOCK;
+use crate::lanes::Each;
 use crate::occlusion::RayOf;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
@@ -545,7 +544,7 @@ impl Shapes {
         v: f32x16<S>,
         nearness: f32x16<S>,
     ) -> (u32, u32) {
-        let [p, q, r] = each([0, 1, 2], |i| {
+        let [p, q, r] = [0, 1, 2].each(|i| {
             linear(
                 simd,
                 u,

@@ -7,7 +7,7 @@ use super::receivers::{BlockReceivers, Receivers, function_of, narrow};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
 use crate::importance::{BOUNDARY_BLOCK, Factors, Grid, Importance, ImportanceMap};
-use crate::lanes::{Lane, V2};
+use crate::lanes::{Each, Lane, V2};
 use crate::projection::{Formulas, KindVisitor, LaneKind};
 use crate::warp::{Axis, Warp};
 use glam::DVec3;
@@ -162,12 +162,12 @@ impl Pass<'_> {
         let u = (texel.x + splat(simd, self.centre[0])) * splat(simd, self.side[0]);
         let v = (texel.y + splat(simd, self.centre[1])) * splat(simd, self.side[1]);
         let reach = splat(simd, ON_THE_MAP);
-        let [on_u, on_v] = [u, v].map(|place| (place - splat(simd, 0.5)).abs().at_most(reach));
+        let [on_u, on_v] = [u, v].each(|place| (place - splat(simd, 0.5)).abs().at_most(reach));
         let [line, place] = match self.warp {
             None => [v, u],
             Some(warp) => [warp.warped_x(V2::new(u, v)), v],
         };
-        let [line, place] = [line, place].map(|place| cell_at(place, self.cells));
+        let [line, place] = [line, place].each(|place| cell_at(place, self.cells));
         let mut weights = splat(simd, 1.0);
         if self.factors.distance {
             let [_, _, width] = self.receivers.camera.image_rows();

@@ -90,12 +90,6 @@ pub fn each_row<T>([a, b, c, d, e, f, g, h]: &[T; LANES]) -> [&T; LANES] {
     [a, b, c, d, e, f, g, h]
 }
 
-/// What a function makes of three things. Unlike an array's own `map` it is inlined, which code for lanes needs.
-#[inline(always)]
-pub fn each<T, R>([a, b, c]: [T; 3], f: impl Fn(T) -> R) -> [R; 3] {
-    [f(a), f(b), f(c)]
-}
-
 /// Of whole numbers from 0 on, what they index.
 #[inline(always)]
 pub fn indices<S: Simd>(simd: S, numbers: f32x8<S>) -> [u32; LANES] {

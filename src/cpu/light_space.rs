@@ -1,10 +1,10 @@
 //! Receivers in the projection space of a layer, eight at once.
 
-use super::lanes::{Simd, each, f32x8, f64x8, splat};
+use super::lanes::{Simd, f32x8, f64x8, splat};
 use super::receivers::{BlockPlaces, BlockReceivers, Receivers, function_of, narrow, splat64};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
-use crate::lanes::V3;
+use crate::lanes::{Each, V3};
 use crate::projection::{Formulas, Kind, KindVisitor, LaneKind};
 use fearless_simd::prelude::*;
 use glam::{DVec3, DVec4, Vec3};
@@ -37,10 +37,8 @@ impl LightSpace {
         Self {
             kind: projection.kind,
             unit,
-            steps: each([steps.x_axis, steps.y_axis, steps.z_axis], |step| {
-                step / unit
-            }),
-            rows: each(axes, |axis| axis.extend(axis.dot(offset)) * unit),
+            steps: [steps.x_axis, steps.y_axis, steps.z_axis].each(|step| step / unit),
+            rows: axes.each(|axis| axis.extend(axis.dot(offset)) * unit),
             planes: half_spaces
                 .map(|half| {
                     let to_plane = eye - half.origin;
@@ -53,14 +51,14 @@ impl LightSpace {
 
     #[inline(always)]
     pub fn projected<S: Simd>(&self, simd: S, point: &[f64x8<S>; 3]) -> V3<f32x8<S>> {
-        let [x, y, z] = each(self.rows, |row| narrow(function_of(simd, row, point)));
+        let [x, y, z] = self.rows.each(|row| narrow(function_of(simd, row, point)));
         V3::new(x, y, z)
     }
 
     /// A vector of the world.
     #[inline(always)]
     pub fn turned<S: Simd>(&self, simd: S, v: V3<f32x8<S>>) -> V3<f32x8<S>> {
-        let [x, y, z] = each(self.rows, |row| {
+        let [x, y, z] = self.rows.each(|row| {
             let row = row.as_vec4();
             let sum = v.y.mul_add(splat(simd, row.y), v.z * row.z);
             v.x.mul_add(splat(simd, row.x), sum)
@@ -70,7 +68,7 @@ impl LightSpace {
 
     /// A plane's normal as a covector.
     pub fn covector(&self, normal: DVec3) -> Vec3 {
-        let [x, y, z] = each(self.steps, |step| step.dot(normal) as f32);
+        let [x, y, z] = self.steps.each(|step| step.dot(normal) as f32);
         Vec3::new(x, y, z)
     }
 

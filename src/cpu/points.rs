@@ -10,7 +10,7 @@
 
 use super::caster_tests::{Known, Tests, masks_of_views};
 use super::exact::views;
-use super::lanes::{LANES, Simd, dispatch, each, f64x8, level};
+use super::lanes::{LANES, Simd, dispatch, f64x8, level};
 use super::light_grid::LightGrid;
 use super::light_grids::{SeenGrid, fitted, seen_grid};
 use super::rasterize::NONE;
@@ -23,6 +23,7 @@ use super::tiles::BLOCK;
 use super::view::View;
 use crate::bvh::{Bvh, Search};
 use crate::geometry::bounds_of;
+use crate::lanes::Each;
 use crate::light::{Cone, Light};
 use crate::occlusion::ReceiverRay;
 use crate::rounding::FLOAT64_ROUNDING;
@@ -163,15 +164,14 @@ impl<'a> Points<'a> {
     fn block<S: Simd>(&self, simd: S, first: usize, light: &Seen, block: &mut BlockReceivers<S>) {
         for i in 0..BLOCK {
             let from = first + i * LANES;
-            let eight = |vectors: &[Eight]| {
-                each(vectors[from / LANES], |axis| f64x8::simd_from(simd, axis))
-            };
+            let eight =
+                |vectors: &[Eight]| vectors[from / LANES].each(|axis| f64x8::simd_from(simd, axis));
             let point = eight(&self.positions);
             block.points[i] = point;
             let count = self.count().saturating_sub(from).min(LANES);
             block.facing[i] = ((1_u32 << count) - 1) & in_cone(simd, light.cone, light.at, &point);
             if let Some(normals) = &self.normals {
-                let [a, b, c] = each(light.at.to_array(), |v| splat64(simd, v));
+                let [a, b, c] = light.at.to_array().each(|v| splat64(simd, v));
                 let to_light = match light.is_at_infinity {
                     true => [a, b, c],
                     false => [a - point[0], b - point[1], c - point[2]],

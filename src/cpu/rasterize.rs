@@ -7,7 +7,7 @@
 use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
 use super::holes::Holes;
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, dispatch, each, f32x8, greatest, indices, least, level, mask_bits,
+    EPSILON, LANES, Simd, bits, dispatch, f32x8, greatest, indices, least, level, mask_bits,
     mask32x8, numbers, splat, u32x8,
 };
 use super::shapes::{Corners, Shapes};
@@ -15,6 +15,7 @@ use super::tile_rays::TileRays;
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
 use super::view::{Place, View};
 use crate::camera::Camera;
+use crate::lanes::Each;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
@@ -358,8 +359,10 @@ impl<'a> Tile<'a> {
             let y = row as f32;
             let place = row * TILE + bx * BLOCK;
             let old = f32x8::from_slice(simd, &self.nearness[place..place + LANES]);
-            let at_rays = self.rays.filter(|_| HAS_RAYS);
-            let at_rays = at_rays.map(|rays| rays.eight(simd, place));
+            let at_rays = match self.rays {
+                Some(rays) if HAS_RAYS => Some(rays.eight(simd, place)),
+                _ => None,
+            };
             let plane = match at_rays {
                 Some((x, y)) => {
                     let step_x = splat(simd, shapes.step_x[lane]);
@@ -375,7 +378,7 @@ impl<'a> Tile<'a> {
             let mut wins = old.simd_lt(new - room);
             if !IS_COVERED {
                 let e = match at_rays {
-                    Some((x, y)) => least(each([0, 1, 2], |i| {
+                    Some((x, y)) => least([0, 1, 2].each(|i| {
                         let rest = y.mul_add(splat(simd, b[i]), splat(simd, c[i][lane]));
                         x.mul_add(splat(simd, a[i][lane]), rest)
                     })),

@@ -1,11 +1,11 @@
 //! Receivers: where the ray of each pixel meets the plane of its triangle, in float64.
 
-use super::lanes::{LANES, Simd, bits, columns64, each, each_row, f32x8, f64x8, mask32x8, u32x8};
+use super::lanes::{LANES, Simd, bits, columns64, each_row, f32x8, f64x8, mask32x8, u32x8};
 use super::rasterize::{Image, NONE};
 use super::tiles::{BLOCK, TILE};
 use super::view::{Nearness, View};
 use crate::camera::{Camera, Rays};
-use crate::lanes::V3;
+use crate::lanes::{Each, V3};
 use crate::light::{Cone, Light};
 use crate::occlusion::ReceiverRay;
 use crate::scene::{Scene, unit_normal};
@@ -115,12 +115,10 @@ impl<'a> Receivers<'a> {
                 }
             }
         }
-        let world = each(world, |corner| {
-            each(corner, |axis| f64x8::simd_from(simd, axis))
-        });
+        let world = world.each(|corner| corner.each(|axis| f64x8::simd_from(simd, axis)));
         let eye = self.eye.to_array();
         let minus = |a: &[f64x8<S>; 3], b: &[f64x8<S>; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-        let eye = each(eye, |v| splat64(simd, v));
+        let eye = eye.each(|v| splat64(simd, v));
         let a = minus(&world[0], &eye);
         let (v, w) = (minus(&world[1], &world[0]), minus(&world[2], &world[0]));
         let normal = [
@@ -129,7 +127,7 @@ impl<'a> Receivers<'a> {
             v[0] * w[1] - v[1] * w[0],
         ];
         let height = dot(normal, a);
-        let light_at = each(self.light_at.to_array(), |v| splat64(simd, v));
+        let light_at = self.light_at.to_array().each(|v| splat64(simd, v));
         let to_light = match self.light.position() {
             Some(_) => minus(&light_at, &a),
             None => light_at,
@@ -138,7 +136,7 @@ impl<'a> Receivers<'a> {
         let beyond = match self.camera.rays {
             Rays::Perspective => height,
             Rays::Orthographic => {
-                let forward = each(self.camera.forward.to_array(), |v| splat64(simd, v));
+                let forward = self.camera.forward.to_array().each(|v| splat64(simd, v));
                 dot(normal, forward)
             }
         };
@@ -159,7 +157,7 @@ impl<'a> Receivers<'a> {
             faces_light &= !(1 << lane);
             faces_light |= u32::from(sides[0] * sides[1] > 0) << lane;
         }
-        let [x, y, z] = each(normal, |v| v.to_array());
+        let [x, y, z] = normal.each(|v| v.to_array());
         let height = height.to_array();
         for (lane, &id) in ids.iter().enumerate() {
             let place = id as usize % KNOWN;
@@ -202,7 +200,10 @@ impl<'a> Receivers<'a> {
 
     /// The unit normal of a triangle that faces the light, to the side of the light and the eye.
     pub fn lit_normal(&self, triangle: u32) -> DVec3 {
-        let [a, b, c] = each(self.scene.corners(triangle), |corner| corner - self.eye);
+        let [a, b, c] = self
+            .scene
+            .corners(triangle)
+            .each(|corner| corner - self.eye);
         let normal = unit_normal(a, b, c);
         normal * -normal.dot(self.camera.sight_of(a)).signum()
     }
@@ -210,7 +211,7 @@ impl<'a> Receivers<'a> {
     /// From the light to receivers; of a light at infinity a unit vector.
     #[inline(always)]
     pub fn rays_of_light<S: Simd>(&self, simd: S, point: &[f64x8<S>; 3]) -> V3<f32x8<S>> {
-        let [x, y, z] = each([0, 1, 2], |k| match self.light.position() {
+        let [x, y, z] = [0, 1, 2].each(|k| match self.light.position() {
             Some(_) => narrow(point[k] - splat64(simd, self.light_at[k])),
             None => f32x8::splat(simd, -self.light_at[k] as f32),
         });
@@ -269,19 +270,18 @@ impl<'a> Receivers<'a> {
                 continue;
             };
             let at_row = self.first + self.row * (y + i) as f64;
-            let ray = each([0, 1, 2], |k| {
-                columns.mul_add(splat64(simd, self.column[k]), splat64(simd, at_row[k]))
-            });
+            let ray = [0, 1, 2]
+                .each(|k| columns.mul_add(splat64(simd, self.column[k]), splat64(simd, at_row[k])));
             let point = match self.camera.rays {
                 Rays::Perspective => {
                     let along = row_dot(ray, normal);
                     let depth = height / along;
-                    each(ray, |ray| ray * depth)
+                    ray.each(|ray| ray * depth)
                 }
                 Rays::Orthographic => {
-                    let forward = each(self.camera.forward.to_array(), |v| splat64(simd, v));
+                    let forward = self.camera.forward.to_array().each(|v| splat64(simd, v));
                     let further = (height - row_dot(ray, normal)) / row_dot(forward, normal);
-                    each([0, 1, 2], |k| forward[k].mul_add(further, ray[k]))
+                    [0, 1, 2].each(|k| forward[k].mul_add(further, ray[k]))
                 }
             };
             block.points[i] = point;
@@ -303,7 +303,7 @@ impl<'a> Receivers<'a> {
             let (plane, faces_light) = self.plane(simd, ids[0], known);
             return faces_light.then(|| {
                 let [x, y, z, height] = plane;
-                let normal = each([x, y, z], |v| splat64(simd, v));
+                let normal = [x, y, z].each(|v| splat64(simd, v));
                 (normal, splat64(simd, height), 0xff)
             });
         }
@@ -347,10 +347,10 @@ pub fn in_cone<S: Simd>(
     let Some(cone) = cone else {
         return 0xff;
     };
-    let from_light = each([0, 1, 2], |k| point[k] - splat64(simd, light_at[k]));
-    let axis = each(cone.axis.to_array(), |v| splat64(simd, v));
+    let from_light = [0, 1, 2].each(|k| point[k] - splat64(simd, light_at[k]));
+    let axis = cone.axis.to_array().each(|v| splat64(simd, v));
     let along = dot(from_light, axis);
-    let aside = each([0, 1, 2], |k| from_light[k] - axis[k] * along);
+    let aside = [0, 1, 2].each(|k| from_light[k] - axis[k] * along);
     let within = along * splat64(simd, cone.sine);
     let outside = dot(aside, aside).sqrt() * splat64(simd, cone.cosine);
     outside.simd_le(within).to_bitmask() as u32
@@ -359,15 +359,13 @@ pub fn in_cone<S: Simd>(
 /// Which face of a cube around a light each receiver falls in: the axis twice, and 1 where it goes down.
 #[inline(always)]
 pub fn faces_around<S: Simd>(simd: S, light_at: DVec3, point: &[f64x8<S>; 3]) -> [u32; 6] {
-    let from_light = each([0, 1, 2], |k| point[k] - splat64(simd, light_at[k]));
-    let [x, y, z] = each(from_light, |v| v.abs());
+    let from_light = [0, 1, 2].each(|k| point[k] - splat64(simd, light_at[k]));
+    let [x, y, z] = from_light.each(|v| v.abs());
     let is_x = y.simd_le(x) & z.simd_le(x);
     let is_y = !is_x & z.simd_le(y);
-    let axes = each([is_x, is_y, !(is_x | is_y)], |mask| {
-        mask.to_bitmask() as u32
-    });
+    let axes = [is_x, is_y, !(is_x | is_y)].each(|mask| mask.to_bitmask() as u32);
     let zero = f64x8::simd_from(simd, 0.0);
-    let down = each(from_light, |v| v.simd_lt(zero).to_bitmask() as u32);
+    let down = from_light.each(|v| v.simd_lt(zero).to_bitmask() as u32);
     let mut faces = [0; 6];
     for axis in 0..3 {
         faces[2 * axis] = axes[axis] & !down[axis];

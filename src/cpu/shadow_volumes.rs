@@ -14,7 +14,7 @@
 
 use super::bins::eights;
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, columns, dispatch, each, each_row, f32x8, least, level, mask_bits,
+    EPSILON, LANES, Simd, bits, columns, dispatch, each_row, f32x8, least, level, mask_bits,
     mask32x8, numbers, splat,
 };
 use super::rasterize::Image;
@@ -23,6 +23,7 @@ use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, cut};
 use super::view::View;
 use super::volume_faces::{Face, FaceRows, VolumeView};
 use crate::edges::{Edge, Edges};
+use crate::lanes::Each;
 use crate::scene::Scene;
 use crate::sides::{Source, sides_of_triangles};
 use fearless_simd::prelude::*;
@@ -288,8 +289,10 @@ impl Counting<'_> {
         for (places, count) in eights(0..part.faces.len()) {
             let ids = places.map(|place| part.faces[place]);
             let lanes = FaceLanes::new(simd, ids.map(|id| &self.rows[id as usize]));
-            let along_x = columns_of.map(|side| lanes.ranges(side, 0));
-            let along_y = rows_of.map(|side| lanes.ranges(side, 1));
+            let [left, right] = columns_of;
+            let along_x = [lanes.ranges(simd, left, 0), lanes.ranges(simd, right, 0)];
+            let [top, bottom] = rows_of;
+            let along_y = [lanes.ranges(simd, top, 1), lanes.ranges(simd, bottom, 1)];
             for (i, quarter) in quarters.iter_mut().enumerate() {
                 let Some((range, part)) = quarter else {
                     continue;
@@ -331,11 +334,11 @@ impl Counting<'_> {
         for &id in &part.faces {
             let [p, q, r, [weight, entered, ..]] = self.rows[id as usize];
             let at = |[a, b, c]: [f32; 3]| x.mul_add(splat(simd, a), splat(simd, b.mul_add(y, c)));
-            let functions = [p, q, r].map(|[a, b, c, _]| (at([a, b, c]), b));
+            let functions = [p, q, r].each(|[a, b, c, _]| (at([a, b, c]), b));
             let plane = (at([p[3], q[3], r[3]]), q[3]);
             for (i, count) in counts.iter_mut().enumerate() {
                 let down = i as f32;
-                let inside = least(each(functions, |(first, step)| first + step * down));
+                let inside = least(functions.each(|(first, step)| first + step * down));
                 let nearness = f32x8::simd_from(simd, block.nearness[i]) * weight;
                 let ahead = plane.0 + plane.1 * down - nearness;
                 let room = nearness.mul_add(splat(simd, NEARNESS_SHARE), splat(simd, 1.0));
@@ -399,8 +402,11 @@ type Ranges<S> = [[f32x8<S>; 2]; 4];
 impl<S: Simd> FaceLanes<S> {
     #[inline(always)]
     fn new(simd: S, rows: [&FaceRows; LANES]) -> Self {
-        let row = |i: usize| columns(simd, each_row(&rows.map(|rows| rows[i])));
-        let [a, b, c, last] = [row(0), row(1), row(2), row(3)];
+        let row = |i: usize| rows.map(|rows| rows[i]);
+        let a = columns(simd, each_row(&row(0)));
+        let b = columns(simd, each_row(&row(1)));
+        let c = columns(simd, each_row(&row(2)));
+        let last = columns(simd, each_row(&row(3)));
         let edge = |[x, y, one, _]: [f32x8<S>; 4]| [x, y, one];
         Self {
             functions: [edge(a), edge(b), edge(c), [a[3], b[3], c[3]]],
@@ -409,14 +415,13 @@ impl<S: Simd> FaceLanes<S> {
     }
 
     #[inline(always)]
-    fn ranges(&self, [low, high]: [f32; 2], k: usize) -> Ranges<S> {
-        self.functions.map(
-            #[inline(always)]
-            |function| {
-                let (a, b) = (function[k] * low, function[k] * high);
-                [a.min(b), a.max(b)]
-            },
-        )
+    fn ranges(&self, simd: S, [low, high]: [f32; 2], k: usize) -> Ranges<S> {
+        let mut ranges = [[splat(simd, 0.0); 2]; 4];
+        for (range, function) in ranges.iter_mut().zip(&self.functions) {
+            let (a, b) = (function[k] * low, function[k] * high);
+            *range = [a.min(b), a.max(b)];
+        }
+        ranges
     }
 
     /// Which of them some receivers of a part may pass, and others may not; and which all of them pass.

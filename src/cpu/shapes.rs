@@ -1,10 +1,11 @@
 //! Triangles as the lanes test them: eight are set up at once, or one in float64.
 
 use super::lanes::{
-    EPSILON, LANES, Simd, columns, each, f32x8, greatest, least, mask_bits, numbers, splat,
+    EPSILON, LANES, Simd, columns, f32x8, greatest, least, mask_bits, numbers, splat,
 };
 use super::tiles::BLOCK;
 use super::view::{Place, Planes, View};
+use crate::lanes::Each;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::{DVec2, Vec3Swizzles};
@@ -69,8 +70,8 @@ impl<S: Simd> Corners<S> {
     #[inline(always)]
     pub fn relative_to(self, origin: [f32; 2]) -> Self {
         Self {
-            x: each(self.x, |x| x - origin[0]),
-            y: each(self.y, |y| y - origin[1]),
+            x: self.x.each(|x| x - origin[0]),
+            y: self.y.each(|y| y - origin[1]),
             ..self
         }
     }

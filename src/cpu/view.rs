@@ -1,7 +1,8 @@
 //! What an image or a map sees of points, and the edges of triangles in it, in float64.
 
-use super::lanes::{EPSILON, each};
+use super::lanes::EPSILON;
 use crate::camera::{Camera, Rays};
+use crate::lanes::Each;
 use crate::scene::Scene;
 use crate::sides::Source;
 use glam::{DVec2, DVec3, DVec4};
@@ -66,7 +67,7 @@ impl View {
     pub fn homogeneous(&self, vertex: DVec3) -> Homogeneous {
         let point = (vertex - self.origin).extend(1.0);
         Homogeneous {
-            place: DVec3::from_array(each(self.rows, |row| row.dot(point))),
+            place: DVec3::from_array(self.rows.each(|row| row.dot(point))),
             nearness: match self.nearness {
                 Nearness::Inverse => 1.0,
                 Nearness::Linear(row) => row.dot(point),
@@ -97,7 +98,7 @@ impl View {
     /// Whether a triangle lies beyond one side of the view, wherever its corners are.
     pub fn lies_beside(&self, scene: &Scene, triangle: u32) -> bool {
         let (width, height) = (self.width as f64, self.height as f64);
-        let sides = each(scene.corners(triangle), |corner| {
+        let sides = scene.corners(triangle).each(|corner| {
             let DVec3 { x, y, z: w } = self.homogeneous(corner).place;
             let bits = [x < 0.0, x > width * w, y < 0.0, y > height * w];
             bits.iter().enumerate().fold(0, |sides, (i, &is_beyond)| {
@@ -126,7 +127,7 @@ impl View {
         let nearness = planes.nearness.z;
         let is_inside = planes.edges.iter().all(|edge| edge.z >= 0.0);
         let is_met = is_inside && far < nearness && nearness < near;
-        let is_seen = is_met && scene.is_solid(triangle, each(planes.edges, |edge| edge.z));
+        let is_seen = is_met && scene.is_solid(triangle, planes.edges.each(|edge| edge.z));
         is_seen.then_some(nearness)
     }
 
@@ -165,8 +166,10 @@ impl Planes {
     /// `None` where the triangle is seen edge-on. No corner is clipped: an edge is the plane through the origin and
     /// two corners (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
     pub fn new(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
-        let corners = each(scene.corners(triangle), |corner| view.homogeneous(corner));
-        let [a, b, c] = each(corners, |Homogeneous { place, .. }| {
+        let corners = scene
+            .corners(triangle)
+            .each(|corner| view.homogeneous(corner));
+        let [a, b, c] = corners.each(|Homogeneous { place, .. }| {
             DVec3::new(
                 place.x - origin.x * place.z,
                 place.y - origin.y * place.z,
@@ -185,7 +188,7 @@ impl Planes {
             + edges[2] * corners[2].nearness;
         let sign = volume.signum();
         Some(Self {
-            edges: each(edges, |edge| edge * sign),
+            edges: edges.each(|edge| edge * sign),
             nearness: nearness / volume,
         })
     }

@@ -4,7 +4,7 @@
 //! depth = q.z; twin of `shaders/projection/homography.wgsl`, which argues for it.
 
 use super::{Formulas, Kind, LaneKind, NOWHERE, Projection, ProjectionKind, area_across};
-use crate::lanes::{Lane, V2, V3};
+use crate::lanes::{Each, Lane, V2, V3};
 use crate::region::Region;
 use glam::{DMat3, DVec2, DVec3};
 
@@ -58,7 +58,7 @@ impl<L: Lane> Homography<L> {
     #[inline(always)]
     fn place_step(&self, place: V2<L>, step: V2<L>) -> V2<L> {
         let w = self.texel_from_place[2].dot(place.extend(self.convergence.constant(1.0)));
-        let [x, y, z] = self.place_from_texel.map(|row| row.xy().dot(step));
+        let [x, y, z] = self.place_from_texel.each(|row| row.xy().dot(step));
         // A neighbour near the horizon is taken for a nearer one.
         let nearer = (self.convergence.constant(1.0) + w * z).max(self.convergence.constant(0.1));
         (V2::new(x, y) - place * z) * w / nearer

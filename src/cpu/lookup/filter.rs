@@ -4,7 +4,7 @@ use super::{BlockLookup, RowReceivers};
 use crate::bias::Rule;
 use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::warp_map::WarpMap;
-use crate::lanes::{Lane, V2, axes_across};
+use crate::lanes::{Each, Lane, V2, axes_across};
 use crate::map_settings::Filter;
 use crate::projection::Formulas;
 use fearless_simd::prelude::*;
@@ -26,14 +26,15 @@ impl<S: Simd> BlockLookup<'_, S> {
         let centre = self.v2(self.layer.centre);
         let radius = splat(simd, filter.radius as f32);
         let unit = row.from_light / row.from_light.length();
-        let [right, up] =
-            axes_across(unit).map(|axis| self.layer.space.turned(simd, axis * radius));
+        let [right, up] = axes_across(unit);
+        let right = self.layer.space.turned(simd, right * radius);
+        let up = self.layer.space.turned(simd, up * radius);
         let (mut tests, mut lit) = (zero, zero);
         let [cosine, sine] = self.turns(filter, i);
         for k in 0..filter.samples {
             let point = point_of_disc(k, filter.samples);
             let weight = splat(simd, filter.weight(point));
-            let [x, y] = point.map(|part| splat(simd, part));
+            let [x, y] = point.each(|part| splat(simd, part));
             let [x, y] = match filter.is_jittered {
                 true => [x * cosine - y * sine, x * sine + y * cosine],
                 false => [x, y],
