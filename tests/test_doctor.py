@@ -180,6 +180,20 @@ def test_the_bench_writes_one_file(tmp_path, capsys):
     assert out.startswith("first light\n")
 
 
+def test_a_peer_that_ends_the_process_costs_no_times(tmp_path, monkeypatch):
+    def end(*_):
+        raise SystemExit
+
+    monkeypatch.setattr(bench, "beside_methods", end)
+    file = tmp_path / "bench.json"
+    given = ["bench", "plane_and_box", "--size", "96x64", "--repeats", "1", "--method", "exact"]
+    with pytest.raises(SystemExit):
+        cli.main([*given, "--device", "cpu", "-o", str(file)])
+    [first] = json.loads(file.read_text())["views"]
+    assert first["methods"][0]["misclassified"] == 0
+    assert "peers" not in first
+
+
 @pytest.mark.of_checkout("it compares with another renderer")
 def test_the_bench_has_peers_beside_it(view, monkeypatch):
     renderers = {"embreex": bench.peers.PEERS["embreex"]}

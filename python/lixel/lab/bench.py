@@ -11,7 +11,7 @@ import argparse
 import json
 import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -73,15 +73,7 @@ def run(options: argparse.Namespace) -> None:
         camera = views.camera(None, scene).resized(*options.size)
         lights = {"first": views.light(None), "lamp": PointLight(low + PLACE * (high - low))}
         methods = [method_from(name) for name in options.method or METHODS]
-        found = []
-        for name, light in lights.items():
-            status(f"reference: casting rays on the CPU ({name} light)")
-            truth = reference(scene, camera, light)
-            view = {"light": name, "kind": type(light).__name__, **facts(truth)}
-            rows = measure(truth, methods, options.repeats)
-            print(f"{name} light\n\n{table([line(row) for row in rows])}\n")
-            beside = [] if options.no_peers else beside_methods(truth, options.repeats)
-            found.append({**view, "methods": rows, "peers": beside})
+        found: list[dict[str, Any]] = []
         report = {
             **provenance(options.line),
             "versions": system(),
@@ -90,11 +82,27 @@ def run(options: argparse.Namespace) -> None:
             "scene": Path(options.scene).stem,
             "views": found,
         }
+        for name, light in lights.items():
+            status(f"reference: casting rays on the CPU ({name} light)")
+            truth = reference(scene, camera, light)
+            rows = measure(truth, methods, options.repeats)
+            view = {"light": name, "kind": type(light).__name__, **facts(truth), "methods": rows}
+            found.append(view)
+            print(f"{name} light\n\n{table([line(row) for row in rows])}\n")
+            # Another renderer may end the process.
+            write(options.output, report)
+            view["peers"] = [] if options.no_peers else beside_methods(truth, options.repeats)
+            write(options.output, report)
     if options.output is not None:
-        options.output.parent.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(report, indent=1, allow_nan=False)
-        options.output.write_text(text + "\n", encoding="utf-8")
         status(f"{options.output}: attach it to a report; the page Who renders says where")
+
+
+def write(file: Path | None, report: Mapping[str, Any]) -> None:
+    """What is known until now, as JSON; nowhere without a file."""
+    if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(report, indent=1, allow_nan=False)
+        file.write_text(text + "\n", encoding="utf-8")
 
 
 def gpu(name: str | None) -> str:
