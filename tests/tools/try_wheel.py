@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -36,7 +37,9 @@ def main(wheels: list[str]) -> None:
         for code in (TOWN, readme_code()):
             # -I: neither this folder nor PYTHONPATH.
             step([python, "-I", "-c", code], folder)
-        lixel = str(Path(python).with_name("lixel"))
+        # On Windows a program has an ending.
+        lixel = shutil.which("lixel", path=str(Path(python).parent))
+        assert lixel is not None
         render = ["render", "town.glb", "-o", "town.png"]
         for arguments in (["--version"], ["info"], render, ["doctor", "cpu"]):
             step([lixel, *arguments], folder)
