@@ -180,6 +180,17 @@ def test_the_bench_writes_one_file(tmp_path, capsys):
     assert out.startswith("first light\n")
 
 
+def test_every_method_is_timed_in_some_light():
+    scene = lx.scenes.plane_and_box()
+    methods = [method() for method in lx.METHODS.values()]
+    views = list(bench.lights_for(methods, scene, scene.lights["default"]))
+    assert [name for name, *_ in views] == ["first", "lamp", "spot"]
+    assert {m.name for *_, fitting in views for m in fitting} == set(lx.METHODS)
+    assert all(m.takes(light) for _, light, fitting in views for m in fitting)
+    only_cube = bench.lights_for([lx.Cube()], scene, scene.lights["default"])
+    assert [name for name, *_ in only_cube] == ["lamp"]
+
+
 def test_a_peer_that_ends_the_process_costs_no_times(tmp_path, monkeypatch):
     def end(*_):
         raise SystemExit

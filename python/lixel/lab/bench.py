@@ -1,8 +1,8 @@
 """Time every method on a device, and the other renderers beside it, into one file to send.
 
 A frame goes from a new camera to a visibility image as a numpy array. The views are a scene from
-its first camera in its first light, and in a point light among its objects. Misclassified pixels
-are counted against the float64 reference.
+its first camera in its first light, in a point light among its objects, and, for methods that take
+neither, in a spot light there. Misclassified pixels are counted against the float64 reference.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import argparse
 import json
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,10 +23,11 @@ from ..arguments import count
 from ..compare import compare
 from ..frame import FrameParts, frame_parts
 from ..info import SOFTWARE, system
-from ..light import PointLight
+from ..light import Light, PointLight, SpotLight
 from ..methods import METHODS, Method, method_from
 from ..pictures.display import milliseconds
 from ..reference import Reference, reference
+from ..scene import Scene
 from . import peers
 from .options import DEFAULT_SCENE, SCENE_HELP, add_methods, add_output, add_size, device_of
 from .report import progress, status, table
@@ -69,9 +70,7 @@ def run(options: argparse.Namespace) -> None:
         options.device = gpu(options.device)
     with device_of(options):
         scene, views = scene_and_views(options.scene, None)
-        low, high = scene.bounds
         camera = views.camera(None, scene).resized(*options.size)
-        lights = {"first": views.light(None), "lamp": PointLight(low + PLACE * (high - low))}
         methods = [method_from(name) for name in options.method or METHODS]
         found: list[dict[str, Any]] = []
         report = {
@@ -82,10 +81,10 @@ def run(options: argparse.Namespace) -> None:
             "scene": Path(options.scene).stem,
             "views": found,
         }
-        for name, light in lights.items():
+        for name, light, fitting in lights_for(methods, scene, views.light(None)):
             status(f"reference: casting rays on the CPU ({name} light)")
             truth = reference(scene, camera, light)
-            rows = measure(truth, methods, options.repeats)
+            rows = measure(truth, fitting, options.repeats)
             view = {"light": name, "kind": type(light).__name__, **facts(truth), "methods": rows}
             found.append(view)
             print(f"{name} light\n\n{table([line(row) for row in rows])}\n")
@@ -95,6 +94,21 @@ def run(options: argparse.Namespace) -> None:
             write(options.output, report)
     if options.output is not None:
         status(f"{options.output}: attach it to a report; the page Who renders says where")
+
+
+def lights_for(
+    methods: Sequence[Method], scene: Scene, first: Light
+) -> Iterator[tuple[str, Light, list[Method]]]:
+    """The lights by name, and the methods that are timed in each."""
+    low, high = scene.bounds
+    place = low + PLACE * (high - low)
+    rest = list(methods)
+    for name, light in (("first", first), ("lamp", PointLight(place))):
+        if fitting := [method for method in methods if method.takes(light)]:
+            yield name, light, fitting
+        rest = [method for method in rest if not method.takes(light)]
+    if rest:
+        yield "spot", SpotLight(place, (0.1, -1.0, 0.4), 1.0), rest
 
 
 def write(file: Path | None, report: Mapping[str, Any]) -> None:
@@ -148,7 +162,7 @@ class _Contender:
 
 
 def measure(truth: Reference, methods: Sequence[Method], repeats: int = 15) -> list[dict[str, Any]]:
-    """A row for each method that takes the light: frames from cameras of their own, by turns.
+    """A row for each method, all of which take the light: each frame from a camera of its own.
 
     Parameters
     ----------
@@ -174,7 +188,7 @@ def measure(truth: Reference, methods: Sequence[Method], repeats: int = 15) -> l
         parts = frame_parts(truth.scene, camera, truth.light, method)
         return 1e3 * (time.perf_counter() - start), parts
 
-    contenders = [_Contender(method) for method in methods if method.takes(truth.light)]
+    contenders = [_Contender(method) for method in methods]
     for contender in progress(contenders, "making ready"):
         try:
             at_rest = frame_parts(truth.scene, truth.camera, truth.light, contender.method)
