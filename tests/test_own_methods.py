@@ -280,6 +280,26 @@ def test_a_sequence_hands_each_frame_to_the_next(engine):
     assert (second.warp_map != lx.render(SCENE, CAMERA, second.light, warp).warp_map).any()
 
 
+def test_a_function_is_told_what_the_last_frame_found_at_the_same_place():
+    told: list[Any] = []
+
+    def remember(receivers, light, scene, *, previous=None):
+        told.append(None if previous is None else receivers.visibility_in(previous))
+        return lx.DesiredView()
+
+    method = lx.shadow_method(name="own_remember")(remember)
+    still = CAMERA.resized(64, 36)
+    across, down = still.centre
+    # The image is a window that moves by three pixels to the right over a wide picture.
+    aside = still._replaced(centre=(across - 3, down))
+    first, _ = lx.render_sequence(SCENE, [still, aside], SUN, method(), resolution=256)
+    assert told[0] is None
+    expected = np.full((36, 64), np.nan, np.float32)
+    expected[:, :-3] = first.visibility[:, 3:]
+    np.testing.assert_array_equal(told[1], expected)
+    assert np.unique(expected[:, :-3]).size > 1
+
+
 def test_a_sequence_moves_vertices_and_names_what_is_wrong():
     scene = lx.scenes.plane_and_box()
     camera = scene.cameras["default"].resized(48, 32)

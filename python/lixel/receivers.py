@@ -137,6 +137,14 @@ class SeenSurface:
         is_same = other.triangle_id.ravel()[there] == self.triangle_id.ravel()[here]
         return here[is_same], there[is_same]
 
+    def visibility_in(self, frame: Receivers) -> npt.NDArray[np.float32]:
+        """(H, W) float32: what another frame, say the one before, found at the place that each
+        pixel shows: 1 lit, 0 in shadow; NaN where that frame does not show it."""
+        found = np.full(self.triangle_id.shape, np.nan, np.float32)
+        here, there = self.pixels_seen_by(frame)
+        found.ravel()[here] = frame.visibility.ravel()[there]
+        return found
+
     def every(self, step: SupportsIndex) -> SeenSurface:
         """The same of every so many pixels along both axes, beginning in the middle of the first
         block: nothing is computed for the others."""
