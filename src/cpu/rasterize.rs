@@ -334,11 +334,7 @@ impl<'a> Tile<'a> {
     ) -> bool {
         let x = numbers(simd) + (bx * BLOCK) as f32;
         let Shapes { a, b, c, .. } = shapes;
-        let edges = [
-            x.mul_add(splat(simd, a[0][lane]), splat(simd, c[0][lane])),
-            x.mul_add(splat(simd, a[1][lane]), splat(simd, c[1][lane])),
-            x.mul_add(splat(simd, a[2][lane]), splat(simd, c[2][lane])),
-        ];
+        let edges = [0, 1, 2].each(|i| x.mul_add(splat(simd, a[i][lane]), splat(simd, c[i][lane])));
         let b = [b[0][lane], b[1][lane], b[2][lane]];
         let along = x.mul_add(
             splat(simd, shapes.step_x[lane]),
@@ -365,11 +361,9 @@ impl<'a> Tile<'a> {
             };
             let plane = match at_rays {
                 Some((x, y)) => {
-                    let step_x = splat(simd, shapes.step_x[lane]);
-                    x.mul_add(
-                        step_x,
-                        y.mul_add(splat(simd, step_y), splat(simd, shapes.first[lane])),
-                    )
+                    let (step_x, first) = (shapes.step_x[lane], shapes.first[lane]);
+                    let at_row = y.mul_add(splat(simd, step_y), splat(simd, first));
+                    x.mul_add(splat(simd, step_x), at_row)
                 }
                 None => along + step_y * y,
             };
