@@ -12,9 +12,12 @@
 //             "Rendering antialiased shadows with depth maps", 1987). Rosen, section 6.2: a disc in the
 //             warped map antialiases edges; one across the light's rays, warped at the last possible
 //             moment, makes them soft.
+//   revectorized   The depth test in the receiver's own texel, with edges that run straight where those of the
+//             texels are stairs (Bondarev, "Shadow map silhouette revectorization", I3D 2014).
 #import projection
 #import warp
 #import lib/axes
+#import lib/bias
 #import lib/receivers
 #import lib/lookup_place
 #import lib/image_tiles
@@ -37,6 +40,8 @@ override is_unwarped: bool = false;
 // Whether tests in the disc weigh less the farther they are from its middle, and whether each pixel turns it.
 override is_gaussian: bool = false;
 override is_jittered: bool = false;
+// Whether edges of the depth tests are straight where those of the texels are stairs.
+override is_revectorized: bool = false;
 
 // What share of the depth tests must agree in `auto`, each by its bilinear weight. A triangle that several
 // texels hold is large, and its own test knows better where its shadow ends. Where most texels hold something
@@ -50,10 +55,8 @@ const AGREEING_OF_SMALL: f32 = 0.6;
 const NINE: u32 = 0x1ffu;
 const NINE_OF_25: u32 = 0x739c0u;
 
-// A plane at grazing incidence ends within a texel, and is not followed farther than to this share of its
-// depth; in a disc it is followed as far as it may matter.
-const TEXEL_REACH: f32 = 2.0;
-const DISC_REACH: f32 = 10000.0;
+// Texels that an edge is followed on each side of a receiver, at most.
+const MAX_RUN: i32 = 16;
 
 @compute @workgroup_size(IMAGE_TILE.x)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -109,6 +112,9 @@ fn lit_share(
     if samples > 0u {
         return share_in_disc(receivers, projection, warp, receiver, plane, own_patch, middle, pixel);
     }
+    if is_revectorized {
+        return lit_by_silhouette(receivers, projection, warp, plane, own_patch, middle);
+    }
     var around = Around(0u, 0u, 0u, 0u, 0u, NO_TRIANGLE);
     var ids: array<u32, 25>;            // of the triangles across seams
     look_beside(receivers, projection, warp, plane, own_patch, middle, &around);
@@ -132,64 +138,6 @@ fn lit_share(
         hit = hits(projection, id, plane, receivers.margin);
     }
     return select(lit, 0.0, hit);
-}
-
-// What is taken off a receiver's depth, twin of src/bias.rs.
-struct Bias {
-    rounding: f32,
-    even: f32,                          // the constant and what rounding may do
-    least: f32,                         // the same, and what the slope does within a texel
-    beam: f32,
-    slope: vec2<f32>,                   // per texel along each axis
-    is_edge_on: bool,
-}
-
-fn bias_of_receiver(receivers: Receivers, projection: Projection, receiver: Receiver, normal: vec3<f32>) -> Bias {
-    // Rounding moves a depth, and moves it again by the slope where it moves the texel. Edge-on there is no slope.
-    let edge_on = is_edge_on(receiver);
-    let cosine = abs(dot(receiver.normal, normalize(receiver.from_light)));
-    let world_slope = 1.0 / select(cosine, 1.0, edge_on);
-    let rounding = receivers.rounding * world_slope;
-    let even = receivers.constant_bias + rounding;
-    let slope = select(abs(depth_slope(projection, normal, receiver.q)), vec2<f32>(0.0), edge_on);
-    return Bias(
-        rounding,
-        even,
-        even + receivers.slope_bias * (slope.x + slope.y),
-        receivers.beam_bias * beam_growth(projection, receiver.q),
-        slope * receivers.slope_bias,
-        edge_on,
-    );
-}
-
-// The depth that a texel, `step` texels from the receiver, must hold at least to leave it lit.
-fn least_lit_depth(
-    receivers: Receivers,
-    projection: Projection,
-    q: vec3<f32>,
-    normal: vec3<f32>,
-    bias: Bias,
-    step: vec2<f32>,
-) -> f32 {
-    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
-    let depth = select(on_plane, depth_from_projected(q), bias.is_edge_on);
-    // The farther a curved surface is taken for its plane, the more that is wrong.
-    return depth - (bias.least + bias.beam * max(1.0, length(step)));
-}
-
-// The same of a texel in a disc around the receiver.
-fn least_lit_depth_in_disc(
-    receivers: Receivers,
-    projection: Projection,
-    q: vec3<f32>,
-    normal: vec3<f32>,
-    bias: Bias,
-    step: vec2<f32>,
-) -> f32 {
-    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, DISC_REACH);
-    let depth = select(on_plane, depth_from_projected(q), bias.is_edge_on);
-    // The farther, the more a slope's bias must take off.
-    return depth - (bias.even + bias.beam + dot(bias.slope, max(vec2<f32>(1.0), abs(step))));
 }
 
 // A receiver in the light's projection, what is taken off its depth, and where it is looked up.
@@ -336,11 +284,6 @@ fn bilinear_share(bits: u32, aside: vec2<f32>) -> f32 {
     return mix(mix(near.x, near.y, weights.x), mix(far.x, far.y, weights.x), weights.y);
 }
 
-// Rounding may move a receiver at the border.
-fn is_on_map(size: vec2<f32>, texel: vec2<f32>) -> bool {
-    return all(abs(texel - 0.5 * size) <= 0.5 * size + 0.5);
-}
-
 fn texel_at(size: vec2<f32>, place: vec2<f32>) -> vec2<i32> {
     return vec2<i32>(clamp(floor(place), vec2<f32>(0.0), size - 1.0));
 }
@@ -433,6 +376,95 @@ fn is_lit_at(
     let depth = least_lit_depth_in_disc(receivers, projection, plane.q, plane.start.normal, plane.bias, step);
     let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
     return stored_depth(projection, depth) <= stored.depth;
+}
+
+// The depth test in the receiver's own texel, but for what lies beyond the straight edge.
+fn lit_by_silhouette(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    plane: ReceiverPlane,
+    own_patch: Patch,
+    middle: vec2<i32>,
+) -> f32 {
+    let step = step_to_texel(projection, warp, plane, middle);
+    if !is_before_surface(plane.start, step) {
+        return UNKNOWN;
+    }
+    let low = max(own_patch.low, vec2<i32>(0));
+    let high = min(own_patch.high, vec2<i32>(projection.size) - 1);
+    let is_lit = is_lit_at(receivers, projection, plane, middle, step);
+    let own = Silhouette(Patch(low, high), middle, is_lit);
+    let within = clamp(plane.start.place - vec2<f32>(middle), vec2<f32>(0.0), vec2<f32>(1.0));
+    var is_beyond = false;
+    for (var i = 0; i < 4; i += 1) {
+        let across = SIDES[i];
+        if differs(receivers, projection, warp, plane, own, middle + across) {
+            let along = abs(across.yx);
+            let before = end_of_edge(receivers, projection, warp, plane, own, across, -along);
+            let after = end_of_edge(receivers, projection, warp, plane, own, across, along);
+            let place = before.x + dot(within, vec2<f32>(along));
+            // -1 at one end of the edge, 1 at the other.
+            let relative = place * 2.0 / (before.x + after.x + 1.0) - 1.0;
+            let inside = select(after.y, before.y, relative < 0.0) * abs(relative);
+            is_beyond |= 0.5 - dot(within - 0.5, vec2<f32>(across)) < inside;
+        }
+    }
+    return f32(is_lit != is_beyond);
+}
+
+// A receiver's own texel, what its depth test says, and the texels that lie side by side with it.
+struct Silhouette {
+    beside: Patch,
+    middle: vec2<i32>,
+    is_lit: bool,
+}
+
+// Whether a texel answers otherwise than the receiver's own. What is off the map or another patch's says nothing.
+fn differs(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    plane: ReceiverPlane,
+    own: Silhouette,
+    texel: vec2<i32>,
+) -> bool {
+    if any(texel < own.beside.low) || any(texel > own.beside.high) {
+        return false;
+    }
+    let step = step_to_texel(projection, warp, plane, texel);
+    let is_lit = is_lit_at(receivers, projection, plane, texel, step);
+    return is_lit != own.is_lit && is_before_surface(plane.start, step);
+}
+
+// Follows an edge to one side: it goes on as long as texels answer as the receiver's own and those across
+// otherwise. Where one of the two changes, the straight edge crosses the middle of the next side of a texel. Gives
+// along how many texels it goes on, and how far it ends in the receiver's side.
+fn end_of_edge(
+    receivers: Receivers,
+    projection: Projection,
+    warp: Warp,
+    plane: ReceiverPlane,
+    own: Silhouette,
+    across: vec2<i32>,
+    along: vec2<i32>,
+) -> vec2<f32> {
+    for (var count = 1; count <= MAX_RUN; count += 1) {
+        let texel = own.middle + along * count;
+        let beside = texel + across;
+        let low = min(texel, beside);
+        let high = max(texel, beside);
+        if any(low < own.beside.low) || any(high > own.beside.high) {
+            return vec2<f32>(f32(count - 1), 0.0);
+        }
+        let is_other_here = differs(receivers, projection, warp, plane, own, texel);
+        let is_other_beside = differs(receivers, projection, warp, plane, own, beside);
+        if is_other_here || !is_other_beside {
+            let inside = select(0.0, select(-0.5, 0.5, is_other_here), is_other_here == is_other_beside);
+            return vec2<f32>(f32(count - 1), inside);
+        }
+    }
+    return vec2<f32>(f32(MAX_RUN), 0.0);
 }
 
 // Whether a receiver's own ray meets a triangle before it. What reaches over its plane by no more than rounding

@@ -32,6 +32,7 @@ mod lock;
 mod map_settings;
 mod masks;
 mod methods;
+mod moments;
 mod neighbourhood;
 mod occlusion;
 pub mod projection;

@@ -1,6 +1,7 @@
 //! How a shadow map is rasterized, biased and looked up, whichever engine does it.
 
 use crate::bias::Rule;
+use crate::moments::FilteredMap;
 use crate::projection::Projection;
 use crate::rounding::ROUNDING;
 use glam::DVec3;
@@ -26,6 +27,7 @@ impl MapSettings {
         Self {
             lookup: Comparison {
                 filter: None,
+                moments: None,
                 ..self.lookup
             },
             ..self
@@ -54,7 +56,14 @@ pub struct Comparison {
     pub depths: bool,
     /// Depth tests in a disc instead, whose mean is the answer.
     pub filter: Option<Filter>,
+    /// Moments of filtered depths instead.
+    pub moments: Option<FilteredMap>,
+    /// Whether edges of the depth tests are straight where those of the texels are stairs.
+    pub is_revectorized: bool,
 }
+
+/// Texels that an edge is followed on each side of a receiver, at most; that in the shader.
+pub const MAX_RUN: u32 = 16;
 
 /// Percentage closer filtering.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +108,19 @@ impl Comparison {
         triangles: false,
         depths: true,
         filter: None,
+        moments: None,
+        is_revectorized: false,
     };
+
+    pub const REVECTORIZED: Self = Self {
+        is_revectorized: true,
+        ..Self::DEPTH
+    };
+
+    /// Whether it may look at any texel of the map: a disc may be of any size, and an edge is followed far.
+    pub fn looks_far(self) -> bool {
+        self.filter.is_some() || self.moments.is_some() || self.is_revectorized
+    }
 
     /// Texels along each side of what is looked at.
     pub fn side(self) -> usize {
@@ -110,6 +131,13 @@ impl Comparison {
         Self {
             // Without a radius every test is the receiver's own.
             filter: Some(filter).filter(|filter| filter.radius > 0.0),
+            ..Self::DEPTH
+        }
+    }
+
+    pub fn of_moments(map: FilteredMap) -> Self {
+        Self {
+            moments: Some(map),
             ..Self::DEPTH
         }
     }

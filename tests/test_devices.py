@@ -300,6 +300,7 @@ MAPS = ("desired_view", "cube+notw", "dual_paraboloid+rtw", "lispsm+rtw", "notw"
 LOOKUPS = (
     "auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5",
     lx.Pcf(radius=2.0, samples=12), lx.Pcf(radius=0.05, samples=9, space="unwarped"),
+    "revectorized", "variance", lx.ExponentialVariance(kernel="box"), lx.Moments(blur=4.5),
 )  # fmt: skip
 
 

@@ -140,7 +140,7 @@ def test_no_circle_of_imports_among_modules() -> None:
 # The folders and files of each storey, and what they must not name.
 WORLD = {
     "aliasing", "bias", "bvh", "camera", "edge_directions", "edges", "error", "frustum", "geometry",
-    "importance", "lanes", "light", "lock", "map_settings", "masks", "neighbourhood",
+    "importance", "lanes", "light", "lock", "map_settings", "masks", "moments", "neighbourhood",
     "occlusion", "projection", "reference", "region", "rounding", "scene", "sides", "stats",
     "threads", "warp",
 }  # fmt: skip

@@ -15,7 +15,8 @@ import pytest
 import lixel as lx
 from lixel import _core
 
-CLASSES = {**lx.METHODS, "auto": lx.Auto, "pcf": lx.Pcf}
+FILTERS = (lx.Pcf, lx.Variance, lx.ExponentialVariance, lx.Moments)
+CLASSES = {**lx.METHODS, "auto": lx.Auto, **{cls.name: cls for cls in FILTERS}}
 DECLARED = [
     pytest.param(cls, parameter, id=f"{name}-{parameter['name']}")
     for name, cls in CLASSES.items()
@@ -25,7 +26,7 @@ TYPES: dict[str, set[Any]] = {
     "flag": {bool},
     "count": {int},
     "number": {float},
-    "lookup": {lx.Pcf},
+    "lookup": set(FILTERS),
     "choice": set(),
 }
 
@@ -99,8 +100,9 @@ BAD: list[tuple[str, str, Any, type[Exception], str]] = [
     ("uniform", "slope_bias", np.inf, ValueError, "a finite number, at least 0, got inf"),
     ("uniform", "constant_bias", "1", TypeError, "at least 0 or None, got '1'"),
     ("uniform", "tessellation", 0, ValueError, "above 0 and at most 1 or None, got 0"),
-    ("uniform", "lookup", "pcf", ValueError, "'triangle_5x5' or a lixel.Pcf, got 'pcf'"),
-    ("uniform", "lookup", 3, TypeError, "'triangle_5x5' or a lixel.Pcf, got 3"),
+    ("uniform", "lookup", "pcf", ValueError, "'moments' or a lixel.Pcf, Variance, Exponential"),
+    ("uniform", "lookup", 3, TypeError, "or a lixel.Pcf, Variance, ExponentialVariance or Moments"),
+    ("uniform", "lookup", lx.Uniform(), TypeError, "or Moments, got <class 'lixel"),
     ("desired_view", "snap", 1, TypeError, "True or False, got 1"),
     ("cascades", "layers", 9, ValueError, "a whole number of layers from 1 to 8, got 9"),
     ("rtw", "importance", "distance*count", ValueError, "'boundary', got 'count'"),

@@ -112,7 +112,7 @@ def methods() -> list[dict[str, Any]]:
     """The one list: `name`, `title`, `citation` and `parameters` (see `parameters`) of each."""
 
 def parameters(method: str) -> list[dict[str, Any]]:
-    """What the parameters of a method are, of ``"pcf"`` (a filter) or of ``"auto"``.
+    """What the parameters of a method are, of a filter such as ``"pcf"`` or of ``"auto"``.
 
     Of each its `name`, `default`, `unit` (empty where it has none), `is_optional` (whether None is
     a value, too), `rule` (``"flag"``, ``"count"``, ``"number"``, ``"choice"``, ``"lookup"``,

@@ -30,6 +30,7 @@ from .lab import (
     demo,
     departures,
     doctor,
+    filters,
     flicker,
     growth,
     papers,
@@ -424,6 +425,9 @@ LAB: Mapping[str, Command] = {
     "side_by_side": Command.of(
         side_by_side, "lixel lab side_by_side colonnade --resolution 256 -o side_by_side.png"
     ),
+    "filters": Command.of(
+        filters, "lixel lab filters scenes -o filters.csv --plot filters.png", device="cpu"
+    ),
     "sun_hours": Command.of(
         sun_hours, "lixel lab sun_hours --latitude 49 -o hours.png", renders=False
     ),
@@ -431,7 +435,7 @@ LAB: Mapping[str, Command] = {
 """Each is the module of its name in `lixel.lab`."""
 
 LAB_GROUPS = {
-    "time and error": ("study", "peers", "growth", "accuracy", "calibration"),
+    "time and error": ("study", "peers", "growth", "accuracy", "filters", "calibration"),
     "what the papers say": ("papers", "rankings", "departures"),
     "hard views": ("stress", "aligned", "flicker", "culling"),
     "pictures": ("side_by_side", "sun_hours"),

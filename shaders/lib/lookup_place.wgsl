@@ -48,3 +48,8 @@ fn place_of_lookup(receivers: Receivers, projection: Projection, warp: Warp, rec
 fn is_before_surface(start: LookupPlace, step: vec2<f32>) -> bool {
     return !start.is_edge_on || dot(start.outward, step) >= 0.0;
 }
+
+// Whether a place is on the map. Rounding may move a receiver at the border.
+fn is_on_map(size: vec2<f32>, texel: vec2<f32>) -> bool {
+    return all(abs(texel - 0.5 * size) <= 0.5 * size + 0.5);
+}

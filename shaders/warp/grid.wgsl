@@ -82,14 +82,19 @@ fn first_centre(place: f32, size: u32) -> i32 {
 
 // The patch of a place's two functions; it may be empty.
 fn patch_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Patch {
+    return patch_of_functions(warp, warped.functions, size);
+}
+
+// The same of those of a row and of a column.
+fn patch_of_functions(warp: Warp, taken: vec2<u32>, size: vec2<u32>) -> Patch {
     if is_rectilinear {
         return Patch(vec2<i32>(0), vec2<i32>(size) - 1);
     }
     let functions = vec2<f32>(warp.functions.yx);
-    let low = vec2<f32>(warped.functions.yx) / functions;
-    let high = vec2<f32>(warped.functions.yx + 1u) / functions;
-    let top = value_of_function(warp, 1u, warped.functions.y, low.y);
-    let bottom = value_of_function(warp, 1u, warped.functions.y, high.y);
+    let low = vec2<f32>(taken.yx) / functions;
+    let high = vec2<f32>(taken.yx + 1u) / functions;
+    let top = value_of_function(warp, 1u, taken.y, low.y);
+    let bottom = value_of_function(warp, 1u, taken.y, high.y);
     return Patch(
         vec2<i32>(first_centre(low.x, size.x), first_centre(top, size.y)),
         vec2<i32>(first_centre(high.x, size.x), first_centre(bottom, size.y)) - 1,

@@ -29,6 +29,10 @@ fn patch_of(warp: Warp, warped: Warped, size: vec2<u32>) -> Patch {
     return Patch(vec2<i32>(0), vec2<i32>(size) - 1);
 }
 
+fn patch_of_functions(warp: Warp, taken: vec2<u32>, size: vec2<u32>) -> Patch {
+    return Patch(vec2<i32>(0), vec2<i32>(size) - 1);
+}
+
 fn has_patches(warp: Warp, warped: Warped) -> vec4<bool> {
     return vec4<bool>(false);
 }

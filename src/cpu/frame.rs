@@ -1,5 +1,6 @@
 //! A frame in the making on the CPU: what the camera sees, and what a method asks of it.
 
+use super::filtered_texels::FilteredTexels;
 use super::importance_map::Words;
 use super::light_grids::Grids;
 use super::map::Map;
@@ -39,6 +40,7 @@ pub const FORWARD_LABEL: &str = "forward importance";
 pub const BLEND_LABEL: &str = "blend importance";
 pub const WARP_LABEL: &str = "warp map";
 pub const LOOKUP_LABEL: &str = "lookup";
+pub const MOMENTS_LABEL: &str = "moments";
 pub const EDGES_LABEL: &str = "edges (CPU)";
 pub const SHADOW_VOLUMES_LABEL: &str = "shadow volumes";
 
@@ -59,6 +61,7 @@ pub const LABELS: &[&str] = &[
     FORWARD_LABEL,
     BLEND_LABEL,
     WARP_LABEL,
+    MOMENTS_LABEL,
     LOOKUP_LABEL,
     EDGES_LABEL,
     SHADOW_VOLUMES_LABEL,
@@ -162,6 +165,7 @@ pub struct Recorded {
 pub struct DrawnLayer {
     pub plan: PlannedLayer,
     pub map: Map,
+    pub moments: Option<FilteredTexels>,
 }
 
 /// A layer before it has texels.
@@ -244,10 +248,19 @@ fn check_image(camera: &Camera) -> Result<()> {
 
 /// Refuses a map that is beyond memory.
 pub(super) fn check_map(projection: &Projection) -> Result<()> {
-    check_size("resolution", [projection.width, projection.height])
+    check_map_of(projection, BYTES_OF_PIXEL)
 }
 
-fn check_size(name: &str, [width, height]: [u32; 2]) -> Result<()> {
+/// The same where its texels take so many bytes more.
+pub(super) fn check_map_of(projection: &Projection, bytes: usize) -> Result<()> {
+    check_size_of("resolution", [projection.width, projection.height], bytes)
+}
+
+fn check_size(name: &str, size: [u32; 2]) -> Result<()> {
+    check_size_of(name, size, BYTES_OF_PIXEL)
+}
+
+fn check_size_of(name: &str, [width, height]: [u32; 2], bytes_of_pixel: usize) -> Result<()> {
     let tiling = Tiling::new(width as usize, height as usize);
     let pixels = tiling.tiles().saturating_mul(TILE_PIXELS);
     ensure_value!(
@@ -256,7 +269,7 @@ fn check_size(name: &str, [width, height]: [u32; 2]) -> Result<()> {
          width {width} and height {height}"
     );
     // An allocation that fails ends the process, so it is tried here.
-    let bytes = pixels * BYTES_OF_PIXEL;
+    let bytes = pixels * bytes_of_pixel;
     let mut memory = Vec::<u8>::new();
     if black_box(&mut memory).try_reserve_exact(bytes).is_err() {
         return Err(Error::Device(format!(

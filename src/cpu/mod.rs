@@ -9,6 +9,7 @@ mod caster_tests;
 mod cells;
 mod depth_image;
 pub mod exact;
+mod filtered_texels;
 mod formulas;
 mod forward_importance;
 mod frame;

@@ -4,12 +4,13 @@ use super::blend_importance::blend_importance;
 use super::boundary::boundary;
 use super::depth_image::DepthImage;
 use super::exact::exact;
+use super::filtered_texels::FilteredTexels;
 use super::forward_importance::forward_importance;
 use super::frame::{
     BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, EDGES_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
-    IMPORTANCE_LABEL, LIGHT_GRID_LABEL, LOOKUP_LABEL, OUTLINE_LABEL, PlannedLayer, RECEIVERS_LABEL,
-    Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL,
-    SHADOW_VOLUMES_LABEL, WARP_LABEL, check_map,
+    IMPORTANCE_LABEL, LIGHT_GRID_LABEL, LOOKUP_LABEL, MOMENTS_LABEL, OUTLINE_LABEL, PlannedLayer,
+    RECEIVERS_LABEL, Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL,
+    SHADOW_RAYS_LABEL, SHADOW_VOLUMES_LABEL, WARP_LABEL, check_map, check_map_of,
 };
 use super::importance_map::{Words, importance_map};
 use super::lookup::{LookedUp, lookup};
@@ -29,6 +30,7 @@ use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride};
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::{MapSettings, Rasterization};
+use crate::moments::FilteredMap;
 use crate::projection::Projection;
 use crate::sides::Source;
 use crate::stats::ReceiverCounts;
@@ -136,6 +138,21 @@ impl Frame<'_> {
         Ok(map)
     }
 
+    /// The moments of a layer's texels, blurred.
+    fn filtered(
+        &mut self,
+        plan: &PlannedLayer,
+        map: &Map,
+        filter: FilteredMap,
+    ) -> Result<FilteredTexels> {
+        let (projection, warp) = (&plan.layer.projection, plan.warp.as_ref());
+        filter.check_warp(warp.map_or(1, |warp| warp.warp.functions))?;
+        check_map_of(projection, FilteredTexels::bytes_of_texel(filter))?;
+        Ok(self.timed(MOMENTS_LABEL, |_| {
+            FilteredTexels::new(projection, warp, map, filter)
+        }))
+    }
+
     /// Casters into each layer, and the receivers of an image against it.
     fn answer(
         &mut self,
@@ -148,15 +165,19 @@ impl Frame<'_> {
         let mut layers = Vec::new();
         for plan in plans {
             let map = self.draw(&plan, settings.rasterization)?;
-            layers.push(DrawnLayer { plan, map });
+            let moments = match settings.lookup.moments {
+                None => None,
+                Some(filter) => Some(self.filtered(&plan, &map, filter)?),
+            };
+            layers.push(DrawnLayer { plan, map, moments });
         }
         let visibility = self.timed(LOOKUP_LABEL, |frame| {
             let receivers = Receivers::new(frame.scene, image, camera, frame.light);
             let looked = layers.iter();
             let looked: Vec<_> = looked
-                .map(|DrawnLayer { plan, map }| {
+                .map(|DrawnLayer { plan, map, moments }| {
                     let map = (map, plan.warp.as_ref());
-                    LookedUp::new(&receivers, &plan.layer, map, settings)
+                    LookedUp::new(&receivers, &plan.layer, map, moments.as_ref(), settings)
                 })
                 .collect();
             lookup(&receivers, &looked)

@@ -81,6 +81,7 @@ mod tests {
             check::<inputs::ReceiversUniform>,
             check::<light_grid::LightGridUniform>,
             check::<light_rays::LightRaysUniform>,
+            check::<moments::LevelUniform>,
             check::<outline::OutlineUniform>,
             check::<rasterize::RasterizationUniform>,
             check::<receiver_tiles::ReceiverTilesUniform>,

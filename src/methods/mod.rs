@@ -8,6 +8,7 @@ mod cube;
 mod desired_view;
 mod dual_paraboloid;
 mod exact;
+pub mod filters;
 mod fit;
 mod focused;
 mod given_warp;

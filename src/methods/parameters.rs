@@ -1,15 +1,16 @@
-//! Parameters that methods share: of a shadow map, of a fit, of a filter, each declared once.
+//! Parameters that methods share: of a shadow map and of a fit, each declared once.
 
+use super::filters::default_filter;
 use super::schema::{
     Choices, Entry, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, POSITIVE, POSITIVE_FRACTION, Parameter,
-    ParameterGroup, Rule, Schema, Typed, Value, chosen, count, flag, number, parameters, word,
+    Rule, Schema, Typed, Value, chosen, count, flag, number, parameters, word,
 };
 use crate::error::{Error, Result};
 use crate::fits::hull::MapSize;
 use crate::fits::improved_paraboloid::Splitting;
 use crate::fits::matrix_layers::{Extent, Target};
 use crate::light::Light;
-use crate::map_settings::{Bias, BiasRule, Comparison, Filter, MapSettings, Rasterization};
+use crate::map_settings::{Bias, BiasRule, Comparison, MapSettings, Rasterization};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -25,17 +26,22 @@ const fn comparison(reach: u8, triangles: bool, depths: bool) -> Comparison {
         reach,
         triangles,
         depths,
-        filter: None,
+        ..Comparison::DEPTH
     }
 }
 
-const LOOKUPS: Choices<Comparison> = &[
-    ("auto", comparison(1, true, true)),
-    ("auto_5x5", comparison(2, true, true)),
-    ("depth", Comparison::DEPTH),
-    ("triangle", comparison(1, true, false)),
-    ("triangle_1x1", comparison(0, true, false)),
-    ("triangle_5x5", comparison(2, true, false)),
+/// `None`: the filter of that name, as it is by default.
+const LOOKUPS: Choices<Option<Comparison>> = &[
+    ("auto", Some(comparison(1, true, true))),
+    ("auto_5x5", Some(comparison(2, true, true))),
+    ("depth", Some(Comparison::DEPTH)),
+    ("triangle", Some(comparison(1, true, false))),
+    ("triangle_1x1", Some(comparison(0, true, false))),
+    ("triangle_5x5", Some(comparison(2, true, false))),
+    ("revectorized", Some(Comparison::REVECTORIZED)),
+    ("variance", None),
+    ("exponential_variance", None),
+    ("moments", None),
 ];
 
 const RASTERIZATIONS: Choices<Rasterization> = &[
@@ -63,7 +69,11 @@ impl Typed for Comparison {
     fn typed(value: &Value) -> Self {
         match value {
             Value::Filter(filter) => Self::filtered(*filter),
-            other => chosen(&Cow::typed(other), LOOKUPS),
+            Value::FilteredMap(map) => Self::of_moments(*map),
+            other => {
+                let word = Cow::typed(other);
+                chosen(&word, LOOKUPS).unwrap_or_else(|| Self::typed(&default_filter(&word)))
+            }
         }
     }
 }
@@ -131,43 +141,6 @@ impl FitParameters {
     }
 }
 
-/// Depth tests of a pixel; with the rows of an invocation they stay below 65,535 iterations.
-const MAX_SAMPLES: u32 = 1024;
-
-/// Each with whether the disc lies across the light's rays, before the warp.
-const SPACES: Choices<bool> = &[("warped", false), ("unwarped", true)];
-
-/// Each with whether a test weighs less the farther it is from the receiver.
-const WEIGHTS: Choices<bool> = &[("even", false), ("gaussian", true)];
-
-parameters! {
-    /// Of percentage closer filtering, a value of `lookup`.
-    pub struct FilterParameters {
-        pub radius: f64 = number(Some(2.0), NON_NEGATIVE, "texels or world units"),
-        pub samples: u32 = count(Some(16), MAX_SAMPLES, "points"),
-        pub space: bool = choice(SPACES, "warped"),
-        pub weights: bool = choice(WEIGHTS, "even"),
-        pub jitter: bool = flag(false),
-    }
-}
-
-pub const FILTER: Schema = Schema {
-    name: "pcf",
-    entries: FilterParameters::ENTRIES,
-};
-
-impl From<FilterParameters> for Filter {
-    fn from(parameters: FilterParameters) -> Self {
-        Self {
-            radius: parameters.radius,
-            samples: parameters.samples,
-            is_unwarped: parameters.space,
-            is_gaussian: parameters.weights,
-            is_jittered: parameters.jitter,
-        }
-    }
-}
-
 /// Of the choice of a method, which Python makes.
 pub const AUTO: Schema = Schema {
     name: "auto",
@@ -192,6 +165,7 @@ mod tests {
     use super::*;
     use crate::error::Error;
     use crate::methods::Method;
+    use crate::methods::filters::FILTERS;
     use crate::methods::schema::Fault;
 
     fn refused(name: &str, value: Value) -> Error {
@@ -222,7 +196,7 @@ mod tests {
             (
                 "lookup",
                 Value::Text("pcf".into()),
-                "'triangle_5x5' or a lixel.Pcf, got",
+                "'moments' or a lixel.Pcf, Variance, ExponentialVariance or Moments, got",
             ),
             (
                 "constant_bias",
@@ -257,7 +231,8 @@ mod tests {
     #[test]
     fn every_default_obeys_its_rule() {
         let methods = Method::list().into_iter().map(|method| method.schema);
-        for schema in methods.chain([FILTER, AUTO]) {
+        let filters = FILTERS.map(|(schema, _)| schema);
+        for schema in methods.chain(filters).chain([AUTO]) {
             for parameter in schema.parameters() {
                 let default = parameter.default.clone();
                 assert_eq!(

@@ -6,6 +6,7 @@
 use crate::error::{Error, Result};
 use crate::fits::given::GivenLayers;
 use crate::map_settings::Filter;
+use crate::moments::FilteredMap;
 use crate::region::MAX_HALF_SPACES;
 use crate::warp::MAX_CELLS;
 use glam::{DMat4, DVec4};
@@ -123,6 +124,13 @@ pub const fn number(default: Option<f64>, rule: Rule, unit: &'static str) -> Par
     parameter(rule, default, unit)
 }
 
+/// A number that may also be `None`.
+pub const fn number_or_none(default: f64, rule: Rule, unit: &'static str) -> Parameter {
+    let mut parameter = number(Some(default), rule, unit);
+    parameter.may_be_none = true;
+    parameter
+}
+
 pub const fn word(default: &'static str, rule: Rule) -> Parameter {
     parameter(rule, Value::Text(Cow::Borrowed(default)), "")
 }
@@ -151,6 +159,7 @@ pub enum Value {
     Float(f64),
     Text(Cow<'static, str>),
     Filter(Filter),
+    FilteredMap(FilteredMap),
     Array(Array),
     Matrix(DMat4),
     Maps(Arc<[OldMap]>),
@@ -234,7 +243,7 @@ impl Parameter {
                 Fault::unless(known.words().contains(&&*text))?;
                 Ok(Value::Text(text))
             }
-            (Rule::Lookup(_), Value::Filter(filter)) => Ok(Value::Filter(filter)),
+            (Rule::Lookup(_), filter @ (Value::Filter(_) | Value::FilteredMap(_))) => Ok(filter),
             (Rule::Product(known), Value::Text(text)) => {
                 let factors: Vec<_> = text.split('*').map(str::trim).collect();
                 if let Some(unknown) = factors.iter().find(|factor| !known.contains(factor)) {
@@ -306,7 +315,11 @@ impl fmt::Display for Parameter {
                 (true, true) => write!(f, "a number above 0 and at most {max}"),
             },
             Rule::Choice(known) => write!(f, "one of {}", one_of(&known.words())),
-            Rule::Lookup(known) => write!(f, "one of {} or a lixel.Pcf", one_of(&known.words())),
+            Rule::Lookup(known) => write!(
+                f,
+                "one of {} or a lixel.Pcf, Variance, ExponentialVariance or Moments",
+                one_of(&known.words())
+            ),
             Rule::Product(known) => write!(f, "a product of {}", one_of(known)),
             Rule::Weights => write!(f, "an array (h, w) of finite numbers, at least 0"),
             Rule::Matrix => write!(f, "a frame or a finite matrix of shape (4, 4)"),

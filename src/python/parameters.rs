@@ -2,11 +2,11 @@
 
 use super::array;
 use crate::error::Error;
-use crate::map_settings::Filter;
 use crate::methods::Method;
+use crate::methods::filters::FILTERS;
 use crate::methods::light_matrix::LightMatrix;
 use crate::methods::method::ShadowMethod;
-use crate::methods::parameters::{AUTO, FILTER, FilterParameters};
+use crate::methods::parameters::AUTO;
 use crate::methods::schema::{
     Array, Fault, OldMap, Parameter, ParameterGroup, Parameters, Rule, Schema, Value, WarpFunctions,
 };
@@ -17,11 +17,14 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use std::borrow::Cow;
 
-/// The parameters of a method, of `lookup=Pcf(...)` or of the choice of a method.
+/// The parameters of what is no method: of a filter such as `lookup=Pcf(...)`, or of the choice of a method.
+fn other_schema(name: &str) -> Option<Schema> {
+    let filters = FILTERS.iter().map(|(schema, _)| *schema);
+    filters.chain([AUTO]).find(|schema| schema.name == name)
+}
+
 fn schema_of(name: &str) -> Result<Schema, Error> {
-    let mut others = [FILTER, AUTO].into_iter();
-    let other = others.find(|schema| schema.name == name);
-    other.map_or_else(|| Method::schema(name), Ok)
+    other_schema(name).map_or_else(|| Method::schema(name), Ok)
 }
 
 /// Every method with its parameters.
@@ -87,7 +90,7 @@ pub fn check_parameters<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let schema = schema_of(method)?;
     let checked = from_python(schema, values)?;
-    if ![FILTER.name, AUTO.name].contains(&method) {
+    if other_schema(method).is_none() {
         Method::new(schema, &checked)?;
     }
     let result = PyDict::new(py);
@@ -123,7 +126,7 @@ fn checked(parameter: &Parameter, value: &Bound<PyAny>) -> PyResult<Value> {
         (_, true) => Ok(Value::None),
         // Its own parameters have their own errors.
         (Rule::Lookup(_), _) if !value.is_instance_of::<PyString>() => match filter(value)? {
-            Some(filter) => Ok(Value::Filter(filter)),
+            Some(filter) => Ok(filter),
             None => Err(Fault::Kind),
         },
         (Rule::Fit(_), _) if !value.is_instance_of::<PyString>() => match light_matrix(value)? {
@@ -276,16 +279,24 @@ fn numbers<'py>(value: &Bound<'py, PyAny>, axes: &[usize]) -> Result<Bound<'py, 
     converted.map_err(|_| Fault::Kind)
 }
 
-/// A lixel.Pcf: whatever has the parameters of a filter as attributes.
-fn filter(value: &Bound<PyAny>) -> PyResult<Option<Filter>> {
-    let mut parameters = FILTER.defaults();
-    for parameter in FILTER.parameters() {
+/// A lixel.Pcf or one of the others: whatever has the name of a filter, and its parameters as attributes.
+fn filter(value: &Bound<PyAny>) -> PyResult<Option<Value>> {
+    let name = value
+        .getattr("name")
+        .and_then(|name| name.extract::<String>());
+    let mut filters = FILTERS.iter();
+    let named = filters.find(|(schema, _)| name.as_ref().is_ok_and(|name| name == schema.name));
+    let Some((schema, make)) = named else {
+        return Ok(None);
+    };
+    let mut parameters = schema.defaults();
+    for parameter in schema.parameters() {
         let Ok(part) = value.getattr(parameter.name) else {
             return Ok(None);
         };
         parameters.set(parameter, checked(parameter, &part)?);
     }
-    Ok(Some(FilterParameters::from_parameters(&parameters).into()))
+    Ok(Some(make(&parameters)))
 }
 
 /// A lixel.LightMatrix: whatever has its own parameters as attributes.
@@ -369,7 +380,9 @@ fn to_python<'py>(
             let regions: Vec<_> = regions.iter().map(planes).collect::<PyResult<_>>()?;
             PyTuple::new(py, regions)?.into_any()
         }
-        Value::Filter(_) | Value::Maps(_) | Value::Layers(_) => given.clone(),
+        Value::Filter(_) | Value::FilteredMap(_) | Value::Maps(_) | Value::Layers(_) => {
+            given.clone()
+        }
     })
 }
 

@@ -35,6 +35,8 @@ RULES = ("pytest", "tests/test_parameters.py", "-k", "same_words")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
 TWINS = ("cargo", "--lib", "passes::twins")
 HOLES = ("pytest", "tests/test_masks.py")
+MOMENTS = ("pytest", "tests/test_filtered_maps.py", "-k", "float64 or mips_answer")
+STAIRS = ("pytest", "tests/test_revectorized.py", "-k", "middles_of_steps")
 GIVEN_LAYERS = ("pytest", "tests/test_given_layers.py")
 CPU_ENGINE = ("cargo", "--lib", "cpu::")
 CHOICE = (
@@ -58,6 +60,7 @@ class Mutant:
 
 
 LOOKUP = "shaders/lookup.wgsl"
+LOOKUP_BIAS = "shaders/lib/bias.wgsl"
 SEEN = "shaders/receiver_tiles.wgsl"
 GRID = "shaders/warp/grid.wgsl"
 TABLES = "shaders/warp_map.wgsl"
@@ -293,30 +296,30 @@ MUTANTS = (
         "mark(tiles, tiles_around(tiles, vec2<f32>(across) + 0.5, reach, size));", "", SEEN_TILES,
     ),
     Mutant(
-        "bias", "is added to the plane, not taken off", LOOKUP,
+        "bias", "is added to the plane, not taken off", LOOKUP_BIAS,
         "return depth - (bias.least",
         "return depth + (bias.least", BIAS,
     ),
     Mutant(
-        "bias", "knows the slope along one axis", LOOKUP,
+        "bias", "knows the slope along one axis", LOOKUP_BIAS,
         "receivers.slope_bias * (slope.x + slope.y)",
         "receivers.slope_bias * slope.x", BIAS,
     ),
     Mutant(
-        "bias", "of rounding is left out", LOOKUP,
+        "bias", "of rounding is left out", LOOKUP_BIAS,
         "let rounding = receivers.rounding * world_slope;", "let rounding = 0.0;", BIAS,
     ),
     Mutant(
-        "bias", "does not grow with the texel's beam", LOOKUP,
+        "bias", "does not grow with the texel's beam", LOOKUP_BIAS,
         "receivers.beam_bias * beam_growth(projection, receiver.q)", "receivers.beam_bias * 0.0",
         BIAS,
     ),
     Mutant(
-        "bias", "does not grow with the way to the texel", LOOKUP,
+        "bias", "does not grow with the way to the texel", LOOKUP_BIAS,
         "bias.beam * max(1.0, length(step))", "bias.beam", LOOKUPS,
     ),
     Mutant(
-        "bias", "the receiver's plane is flat", LOOKUP,
+        "bias", "the receiver's plane is flat", LOOKUP_BIAS,
         "step * receivers.receiver_plane, TEXEL_REACH", "vec2<f32>(0.0), TEXEL_REACH", BIAS,
     ),
     Mutant(
@@ -369,6 +372,23 @@ MUTANTS = (
         "warp inverse", "neighbours begin a texel late", GRID,
         "clamp(middle + i - reach, vec2<i32>(0)", "clamp(middle + i - reach + 1, vec2<i32>(0)",
         TRIANGLES,
+    ),
+    Mutant(
+        "filtered maps", "the third moment is not around the mean", "shaders/lib/moments.wgsl",
+        "(m.y * 3.0 - square * 2.0)", "(m.y * 3.0)", MOMENTS,
+    ),
+    Mutant(
+        "filtered maps", "a blur weighs all texels alike", "shaders/moments.wgsl",
+        "weights[abs(i - place)]", "weights[0]", MOMENTS,
+    ),
+    Mutant(
+        "filtered maps", "the finest level answers for every pixel",
+        "shaders/lookup_moments.wgsl",
+        "max(log2(max(widest, 1.0)), 0.0)", "0.0", MOMENTS,
+    ),
+    Mutant(
+        "revectorized edges", "end at the corners of texels", LOOKUP,
+        "select(-0.5, 0.5, is_other_here)", "select(-1.0, 1.0, is_other_here)", STAIRS,
     ),
     Mutant(
         "auto lookup", "weighs the texels on the other side", LOOKUP,

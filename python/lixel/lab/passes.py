@@ -5,6 +5,7 @@ from __future__ import annotations
 VISIBILITY = "visibility"
 WARP_MAP = "warp map"
 SHADOW_MAP = "shadow map"
+MOMENTS = "moments"
 LOOKUP = "lookup"
 RECEIVER_LISTS = "receiver lists"
 CASTER_TESTS = "caster tests"
@@ -23,7 +24,7 @@ IMPORTANCE = (
 )  # fmt: skip
 """What a warp is made from."""
 
-MAP = (WARP_MAP, SHADOW_MAP, LOOKUP)
+MAP = (WARP_MAP, SHADOW_MAP, MOMENTS, LOOKUP)
 
 BUILD = ("hierarchy (CPU)", "acceleration structure", "edges (CPU)")
 """What is made once for the vertices of a scene."""

@@ -16,11 +16,18 @@ from ..arguments import did_you_mean
 from .auto import Auto as Auto
 from .base import (
     BoxMethod as BoxMethod,
-    Checked as Checked,
-    Pcf as Pcf,
     RotatedMethod as RotatedMethod,
     ShadowMapMethod as ShadowMapMethod,
     ShadowMethod as ShadowMethod,
+)
+from .checked import Checked as Checked
+from .filters import (
+    ExponentialVariance as ExponentialVariance,
+    Filter as Filter,
+    FilteredMap as FilteredMap,
+    Moments as Moments,
+    Pcf as Pcf,
+    Variance as Variance,
 )
 from .given import LightMatrix as LightMatrix
 from .light_matrices import (

@@ -1,130 +1,23 @@
-"""The base classes of methods: the check of parameters, and the parameters of every map."""
+"""The base classes of methods, and the parameters of every map."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, TypeAlias, TypeVar
 
-from .. import _core
-from ..arguments import did_you_mean
 from ..light import LIGHTS, Light
+from .checked import Checked
+from .filters import Filter
 from .published import PUBLISHED, PUBLISHED_NAME, published_values
 
 Bias: TypeAlias = Literal["auto", "constant", "slope", "receiver_plane"]
 Rasterization: TypeAlias = Literal["exact", "linear"]
-Lookup: TypeAlias = Literal["auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"]
-Space: TypeAlias = Literal["warped", "unwarped"]
-Weights: TypeAlias = Literal["even", "gaussian"]
+Lookup: TypeAlias = Literal[
+    "auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5", "revectorized",
+    "variance", "exponential_variance", "moments",
+]  # fmt: skip
 
 Own = TypeVar("Own", bound="ShadowMethod")
-
-
-class Checked:
-    """Parameters in the fields of a frozen dataclass, checked by the rules that the core declares.
-
-    The class has the fields' types and their meaning; tests hold them to `lixel._core.parameters`.
-    """
-
-    name: ClassVar[str]
-
-    def __new__(cls, *_: Any, **given: Any) -> Any:
-        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
-        for name in given:
-            if name not in known:
-                raise TypeError(
-                    f"parameter of {cls.__name__} must be one of {', '.join(known) or 'none'}, "
-                    f"got {name!r}{did_you_mean(name, known)}"
-                )
-        return super().__new__(cls)
-
-    def __post_init__(self) -> None:
-        try:
-            checked = _core.check_parameters(self.name, self.parameters())
-        except ValueError as error:
-            raise ValueError(f"{error}{self._nearest_choice(str(error))}") from None
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-
-    def _nearest_choice(self, error: str) -> str:
-        """For the end of the core's message: the choice that is nearest to what was given."""
-        for rule in _core.parameters(self.name):
-            value = getattr(self, rule["name"])
-            if error.startswith(f"{rule['name']} must ") and isinstance(value, (str, list, tuple)):
-                # One name, or a product of several.
-                names = value.split("*") if isinstance(value, str) else value
-                nearest = (did_you_mean(name, rule["choices"]) for name in names)
-                return next(filter(None, nearest), "")
-        return ""
-
-    def parameters(self) -> dict[str, Any]:
-        """Every parameter by name."""
-        return dict(vars(self))
-
-
-@dataclass(frozen=True)
-class Pcf(Checked):
-    """Percentage closer filtering: ``lookup=Pcf(...)`` of any method that looks up a shadow map.
-
-    The visibility of a receiver is the share of depth tests that find it lit, in [0, 1], over
-    points that cover a disc around it evenly:
-
-    .. math:: v = \\sum_{i=1}^{n} w_i \\, \\mathrm{lit}(p + r s_i) / \\sum_{i=1}^{n} w_i
-
-    Each test is a ``"depth"`` lookup in the texel that the point falls in, on that texel's own ray.
-    With the automatic bias the receiver's plane is evaluated there, so that a plane never shadows
-    itself. Points outside of the layer (beyond the border of the map, the edge of a cube's face or
-    the end of a cascade) are left out of the mean. A receiver off the map is lit, as in every
-    lookup.
-
-    Limits: where two surfaces meet in a concave edge, the disc around a receiver on one of them
-    covers texels of the other, which may lie in front of its plane. This gives a dark line along
-    the edge, as wide as the disc. The map of `SceneOptimized` holds only what is in shadow; the lit
-    half of a penumbra is on it only with ``samples="facing"``.
-
-    Parameters
-    ----------
-    radius : float
-        Of the disc, in texels of the map as it is stored (``"warped"``), or in world units across
-        the receiver's light ray (``"unwarped"``). The penumbra of a straight edge is twice as wide.
-        0: the ``"depth"`` lookup.
-    samples : int
-        Points in the disc, from 1 to 1024. There are as many steps between lit and shadow.
-    space : {"warped", "unwarped"}
-        ``"warped"``: shadow edges are antialiased, and sharper where a warp spends more texels.
-        ``"unwarped"``: soft edges, equally wide whatever the map; each point is warped by itself.
-    weights : {"even", "gaussian"}
-        Of the points: all the same, or a Gaussian whose standard deviation is half the radius, as
-        Rosen has them (6.2), who gives no deviation: :math:`w_i = \\exp(-2 |s_i|^2)`.
-    jitter : bool
-        Each pixel turns the disc by an angle of its own, which is the same in every frame, so that
-        steps become noise, as Rosen has them.
-
-    Raises
-    ------
-    TypeError
-        A parameter of the wrong kind.
-    ValueError
-        A value out of range; the message names the parameter, the rule and the value.
-
-    References
-    ----------
-    W. Reeves, D. Salesin, R. Cook, "Rendering antialiased shadows with depth maps", SIGGRAPH 1987;
-    P. Rosen, "Rectilinear texture warping for fast adaptive shadow mapping", I3D 2012, section 6.2.
-
-    Examples
-    --------
-    >>> soft = RectilinearWarp(lookup=Pcf(radius=0.1, samples=32, space="unwarped"))
-    >>> soft.lookup.samples
-    32
-    """
-
-    name: ClassVar[str] = "pcf"
-
-    radius: float = 2.0
-    samples: int = 16
-    space: Space = "warped"
-    weights: Weights = "even"
-    jitter: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +120,7 @@ class ShadowMapMethod(ShadowMethod):
         functions of `NonOrthogonalWarp` differ, an edge that crosses from one to the other may stay
         longer. None: no triangle is split. If the pieces do not fit in memory, a `DeviceError` is
         raised.
-    lookup : {"auto", "auto_5x5", "depth", "triangle", "triangle_1x1", "triangle_5x5"} or Pcf
+    lookup : str, Pcf, Variance, ExponentialVariance or Moments
         How a receiver is compared with the map.
 
         - ``"depth"``: with the depth in its texel.
@@ -243,7 +136,13 @@ class ShadowMapMethod(ShadowMethod):
           3. Where at least 6 of the 9 texels hold something nearer, and each another triangle, 0.6
              of the weight is enough.
           4. Otherwise lit.
+        - ``"revectorized"``: as ``"depth"``, but along the stairs of texels the edge between lit
+          and shadow runs straight from the middle of one step to the middle of the next, for up to
+          16 texels on each side of the receiver.
         - `Pcf`: the share of depth tests in a disc, for antialiased or soft edges.
+        - `Variance`, `ExponentialVariance` and `Moments`, or ``"variance"``,
+          ``"exponential_variance"`` and ``"moments"`` with their defaults: moments of the depths in
+          a blur.
 
         The triangle in a texel, and those of its neighbours, are what Dai, Yang and Feng test, too.
     bias : {"auto", "constant", "slope", "receiver_plane"}
@@ -273,13 +172,15 @@ class ShadowMapMethod(ShadowMethod):
     ----------
     For the triangle lookups Q. Dai, B. Yang, J. Feng, "Reconstructable geometry shadow maps", I3D
     2008; P. Lecocq, J.-E. Marvie, G. Sourimant, P. Gautron, "Sub-pixel shadow
-    mapping", I3D 2014.
+    mapping", I3D 2014. For the revectorized one V. Bondarev, "Shadow map silhouette
+    revectorization", I3D 2014; M. Macedo, A. Apolinário, "Revectorization-based shadow mapping",
+    Graphics Interface 2016; A. Reshetov, "Morphological antialiasing", HPG 2009.
     """
 
     resolution: int = 1024
     rasterization: Rasterization = "exact"
     tessellation: float | None = None
-    lookup: Lookup | Pcf = "auto"
+    lookup: Lookup | Filter = "auto"
     bias: Bias = "auto"
     constant_bias: float | None = None
     slope_bias: float = 1.0

@@ -98,7 +98,7 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// The texel of a place, where there is one.
     #[inline(always)]
-    fn texel_at(&self, place: V2<f32x8<S>>, is_there: mask32x8<S>) -> V2<f32x8<S>> {
+    pub(super) fn texel_at(&self, place: V2<f32x8<S>>, is_there: mask32x8<S>) -> V2<f32x8<S>> {
         let zero = splat(self.simd, 0.0);
         let last = self.v2(self.layer.size - 1.0);
         place.zip(last, |place, last| {
@@ -109,7 +109,7 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// Whether a texel's ray says anything of the receivers, and whether it finds them lit.
     #[inline(always)]
-    fn disc_test(
+    pub(super) fn disc_test(
         &self,
         kind: &impl Formulas<f32x8<S>>,
         rule: &Rule<f32x8<S>>,

@@ -6,10 +6,13 @@
 
 mod depths;
 mod filter;
+mod filtered;
+mod revectorized;
 mod row;
 mod seams;
 mod triangles;
 
+use super::filtered_texels::FilteredTexels;
 use super::known::Known;
 use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask32x8, splat, u32x8};
 use super::light_space::LightSpace;
@@ -38,6 +41,8 @@ pub struct LookedUp<'a> {
     space: LightSpace,
     map: &'a Map,
     warp: Option<&'a WarpMap>,
+    /// Its moments, where they are compared in place of depths.
+    moments: Option<&'a FilteredTexels>,
     /// Where the map's views see points from the eye.
     seen: Vec<ViewFromEye>,
     comparison: Comparison,
@@ -55,6 +60,7 @@ impl<'a> LookedUp<'a> {
         receivers: &Receivers,
         layer: &Layer,
         (map, warp): (&'a Map, Option<&'a WarpMap>),
+        moments: Option<&'a FilteredTexels>,
         settings: MapSettings,
     ) -> Self {
         let projection = &layer.projection;
@@ -68,6 +74,7 @@ impl<'a> LookedUp<'a> {
             space,
             map,
             warp,
+            moments,
             seen: map
                 .views
                 .iter()
@@ -210,9 +217,13 @@ impl<S: Simd> KindVisitor for BlockLookup<'_, S> {
         for (i, left) in left.iter_mut().enumerate() {
             if self.masks[i] != 0 {
                 let row = self.row(&kind, &rule, i);
-                match self.layer.comparison.filter {
-                    None => *left = self.compare(&kind, &rule, &row, i),
-                    Some(filter) => self.filter(&kind, &rule, &row, i, filter),
+                match (self.layer.comparison.filter, self.layer.moments) {
+                    (Some(filter), _) => self.filter(&kind, &rule, &row, i, filter),
+                    (_, Some(moments)) => self.look_at_moments(&kind, &rule, &row, i, moments),
+                    _ if self.layer.comparison.is_revectorized => {
+                        self.revectorize(&kind, &rule, &row, i);
+                    }
+                    _ => *left = self.compare(&kind, &rule, &row, i),
                 }
             }
         }

@@ -110,7 +110,7 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// Of the planes of a row's receivers: unit normals in the world, and as covectors.
     #[inline(always)]
-    fn normals(&mut self, i: usize) -> (V3<f32x8<S>>, V3<f32x8<S>>) {
+    pub(super) fn normals(&mut self, i: usize) -> (V3<f32x8<S>>, V3<f32x8<S>>) {
         let simd = self.simd;
         let (receivers, space) = (self.receivers, &self.layer.space);
         let normals = &mut *self.normals;

@@ -1,6 +1,7 @@
 //! Pass "lookup": the shadow test of every pixel.
 
-use super::inputs::Receivers;
+use super::inputs::{Receivers, ReceiversUniform};
+use super::moments::MomentMap;
 use super::rasterize::Target;
 use super::warp_map::WarpMap;
 use crate::gpu::kernel::Kernel;
@@ -39,19 +40,11 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
     let LookupInput {
         projection,
         comparison,
-        bias,
         ..
     } = map;
-    let mut uniform = seen.uniform(projection);
-    let rule = bias.rule(projection.unit()).map(|number| number as f32);
-    uniform.constant_bias = rule.constant;
-    uniform.beam_bias = rule.beam;
-    uniform.slope_bias = rule.slope;
-    uniform.receiver_plane = rule.receiver_plane;
     let filter = comparison.filter;
+    let mut uniform = uniform_of(seen, map);
     uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
-    uniform.rounding = rule.rounding;
-    uniform.margin = map.rounding as f32;
     let rows = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("lookup")
         .projection(&frame.gpu, 0, projection, seen.scene.origin)
@@ -69,6 +62,44 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
         .constant("samples", filter.map_or(0, |filter| filter.samples))
         .constant("is_unwarped", filter.is_some_and(|f| f.is_unwarped))
         .constant("is_gaussian", filter.is_some_and(|f| f.is_gaussian))
-        .constant("is_jittered", filter.is_some_and(|f| f.is_jittered));
+        .constant("is_jittered", filter.is_some_and(|f| f.is_jittered))
+        .constant("is_revectorized", comparison.is_revectorized);
     frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
+}
+
+/// The same from moments of the map.
+pub fn lookup_moments(
+    frame: &mut Recording,
+    seen: Receivers,
+    map: LookupInput,
+    moments: &MomentMap,
+    visibility: &wgpu::Buffer,
+) {
+    let rows = frame.gpu.work_per_invocation(1, 32);
+    let kernel = Kernel::new("lookup_moments")
+        .projection(&frame.gpu, 0, map.projection, seen.scene.origin)
+        .receivers(&frame.gpu, seen, &uniform_of(seen, map))
+        .tiles(seen, rows)
+        .warp(map.warp)
+        .moments(moments.filter)
+        .bind(5, &moments.values)
+        .bind(6, visibility)
+        .constant("levels", moments.levels);
+    frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
+}
+
+/// The receivers, with what is taken off their depths.
+fn uniform_of(seen: Receivers, map: LookupInput) -> ReceiversUniform {
+    let mut uniform = seen.uniform(map.projection);
+    let rule = map
+        .bias
+        .rule(map.projection.unit())
+        .map(|number| number as f32);
+    uniform.constant_bias = rule.constant;
+    uniform.beam_bias = rule.beam;
+    uniform.slope_bias = rule.slope;
+    uniform.receiver_plane = rule.receiver_plane;
+    uniform.rounding = rule.rounding;
+    uniform.margin = map.rounding as f32;
+    uniform
 }

@@ -11,6 +11,7 @@ pub mod inputs;
 pub mod light_grid;
 pub mod light_rays;
 pub mod lookup;
+pub mod moments;
 pub mod outline;
 pub mod rasterize;
 pub mod ray_queries;
@@ -41,6 +42,7 @@ pub const LABELS: &[&str] = &[
     image_tiles::LABEL,
     importance_map::LABEL,
     lookup::LABEL,
+    moments::LABEL,
     outline::LABEL,
     ray_queries::LABEL,
     receiver_lists::LABEL,

@@ -8,7 +8,9 @@ use crate::gpu::passes::light_grid::LightGrid;
 use crate::gpu::passes::lookup::{self, LookupInput};
 use crate::gpu::passes::rasterize::RasterJob;
 use crate::gpu::passes::receiver_lists::RECEIVER_BYTES;
-use crate::gpu::passes::{caster_tests, image_tiles, receiver_lists, receiver_tiles, shadow_map};
+use crate::gpu::passes::{
+    caster_tests, image_tiles, moments, receiver_lists, receiver_tiles, shadow_map,
+};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::unsure::UnsureTests;
 use crate::map_settings::{Comparison, MapSettings, position_rounding};
@@ -84,7 +86,16 @@ impl View<'_> {
                 bias: map.bias.depth_bias(projection, rounding),
                 rounding,
             };
-            lookup::lookup(&mut self.frame, seen, looked, &visibility);
+            let frame = &mut self.frame;
+            match map.lookup.moments {
+                None => lookup::lookup(frame, seen, looked, &visibility),
+                Some(filter) => {
+                    let warp = plan.warp.as_ref();
+                    let moments =
+                        moments::moments(frame, seen.scene, projection, warp, &texels, filter)?;
+                    lookup::lookup_moments(frame, seen, looked, &moments, &visibility);
+                }
+            }
             layers.push(RasterizedLayer {
                 comparison: map.lookup,
                 texels,
@@ -104,8 +115,8 @@ impl View<'_> {
         rounding: f64,
     ) -> Result<Option<PooledBuffer>> {
         let is_small = map.projection.texel_count() < seen.camera.pixel_count();
-        // A disc may be of any size.
-        if self.draws_whole_maps || is_small || lookup.filter.is_some() || !self.culls() {
+        let looks_far = lookup.looks_far();
+        if self.draws_whole_maps || is_small || looks_far || !self.culls() {
             return Ok(None);
         }
         let (frame, reach) = (&mut self.frame, lookup.reach);
