@@ -25,6 +25,8 @@ pub struct ThickRay {
     pub start: f64,
     pub end: f64,
     pub margin: f64,
+    /// Of a packet, how far its rays begin from this one at most, along each axis.
+    pub spread: DVec3,
 }
 
 /// Something that finds the triangles near a ray.
@@ -198,10 +200,12 @@ impl Search for Bvh {
         let origin = self.space.place_of(ray.origin);
         let half_size = self.space.half_size;
         let margin = ray.margin / half_size;
-        let skipped = (-origin.dot(ray.direction) - 2.0 - margin).max(ray.start / half_size);
+        let spread = ray.spread / half_size;
+        let width = margin + spread.length();
+        let skipped = (-origin.dot(ray.direction) - 2.0 - width).max(ray.start / half_size);
         let start = (origin + skipped * ray.direction).as_vec3a();
         let reach = |end: f64| {
-            let reach = end / half_size - skipped + margin;
+            let reach = end / half_size - skipped + width;
             reach as f32 * (1.0 + WALK_MARGIN) + WALK_MARGIN
         };
         let mut end = reach(ray.end);
@@ -219,7 +223,7 @@ impl Search for Bvh {
             }
         };
         let inverse = Vec3A::from(ray.direction.to_array().map(component));
-        let grown = Vec3A::splat(margin as f32 * (1.0 + WALK_MARGIN) + WALK_MARGIN);
+        let grown = (spread + margin).as_vec3a() * (1.0 + WALK_MARGIN) + WALK_MARGIN;
         let (from_min, from_max) = (start + grown, start - grown);
         let entry = |node: &Bvh2Node, end: f32| {
             let a = (node.aabb.min - from_min) * inverse;
@@ -281,6 +285,7 @@ impl Search for Everything<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::twin::Random;
 
     #[test]
     fn grown_boxes_hold_their_triangles_and_the_margin() {
@@ -305,5 +310,54 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_packet_meets_what_each_of_its_rays_meets() {
+        let mut random = Random(7);
+        let mut vector = || DVec3::from_array([0; 3].map(|_| 2.0 * random.share() - 1.0));
+        let mut vertices = Vec::new();
+        for _ in 0..400 {
+            let middle = 10.0 * vector();
+            vertices.extend([0; 3].map(|_| middle + 0.4 * vector()));
+        }
+        let triangles = (0..400).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let bvh = Bvh::new(&Scene::new(vertices, triangles).unwrap());
+        let met = |ray| {
+            let mut met = Vec::new();
+            bvh.visit(ray, |triangle| {
+                met.push(triangle);
+                ControlFlow::Continue(f64::INFINITY)
+            });
+            met
+        };
+        let mut count = 0;
+        for i in 0..500 {
+            let (middle, spread, light) = (8.0 * vector(), vector().abs(), 12.0 * vector());
+            // Rays that all go one way, and rays that end in one point.
+            let has_end = i % 2 == 0;
+            let ray_from = |origin: DVec3, spread: DVec3| {
+                let to_light = if has_end { light - origin } else { light };
+                ThickRay {
+                    origin,
+                    direction: to_light.normalize(),
+                    start: 0.0,
+                    end: if has_end {
+                        to_light.length()
+                    } else {
+                        f64::INFINITY
+                    },
+                    margin: 1e-6,
+                    spread,
+                }
+            };
+            let of_packet = met(ray_from(middle, spread));
+            for _ in 0..20 {
+                let of_one = met(ray_from(middle + spread * vector(), DVec3::ZERO));
+                count += of_one.len();
+                assert!(of_one.iter().all(|triangle| of_packet.contains(triangle)));
+            }
+        }
+        assert!(count > 1000);
     }
 }

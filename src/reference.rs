@@ -495,6 +495,7 @@ impl Ray {
             start: self.range.0,
             end: self.range.1,
             margin,
+            spread: DVec3::ZERO,
         }
     }
 

@@ -410,7 +410,7 @@ fn within_grid<S: Simd>(simd: S, places: &BlockPlaces<S>, masks: &[u32; BLOCK]) 
 
 /// Which of sixteen pixels show a triangle.
 #[inline(always)]
-fn own_lanes<S: Simd>(simd: S, ids: &[u32], id: u32) -> u32 {
+pub fn own_lanes<S: Simd>(simd: S, ids: &[u32], id: u32) -> u32 {
     let ids = u32x16::from_slice(simd, ids);
     ids.simd_eq(u32x16::simd_from(simd, id)).to_bitmask() as u32
 }

@@ -143,7 +143,7 @@ pub fn views(light: &Light, (low, high): (DVec3, DVec3)) -> Vec<View> {
 }
 
 /// The extents of some receivers in each view.
-fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye]) -> Vec<Extent> {
+pub fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye]) -> Vec<Extent> {
     let rows = receivers.image.tiling.height.div_ceil(BLOCK);
     extents_of_jobs(seen.len(), rows, |i, extents| {
         dispatch!(level(), simd => extents_of_rows(simd, receivers, seen, i * BLOCK, extents));

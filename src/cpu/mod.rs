@@ -5,6 +5,7 @@ mod blend_importance;
 mod boundary;
 #[cfg(test)]
 mod bounds;
+mod candidates;
 mod caster_tests;
 mod cells;
 mod depth_image;

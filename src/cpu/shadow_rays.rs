@@ -1,23 +1,43 @@
 //! Shadow rays: every receiver's own ray to the light, through the scene's hierarchy.
 //!
-//! The hierarchy finds the triangles near a ray; whether one stands in the way is decided in float64. A pixel
-//! asks the triangle that shadowed the pixel before it first.
+//! The rays of a block of pixels go through the hierarchy together (Wald, Slusallek, Benthin and Wagner, "Interactive
+//! rendering with coherent ray tracing", 2001): as one ray with a box around it, which holds them all. A packet that meets
+//! many triangles is halved, and a ray that is left alone goes on its own. The triangles that shadowed the packet before are
+//! asked first. The hierarchy finds triangles; whether one stands in the way is decided as in `candidates`, and in float64
+//! where float32 is not sure.
 
-use super::lanes::{Simd, bits, dispatch, level};
+use super::candidates::{Candidates, PlacedBlock};
+use super::caster_tests::masks_of_views;
+use super::exact::{sampled_extents, views};
+use super::lanes::{Simd, bits, dispatch, level, mask_bits, mask32x8, splat};
+use super::light_grids::fitted;
 use super::rasterize::{Image, NONE};
-use super::receivers::{BlockReceivers, KnownPlanes, Receivers};
+use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, splat64};
 use super::tiles::{BLOCK, cut};
+use super::view::{Place, View};
 use crate::bvh::{Bvh, Search, ThickRay};
 use crate::camera::Camera;
+use crate::lanes::Each;
 use crate::light::Light;
 use crate::occlusion::ReceiverRay;
 use crate::rounding::FLOAT64_ROUNDING;
 use crate::scene::Scene;
+use fearless_simd::{mask64x8, prelude::*};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// What float64 rounds of where a ray enters a box: a quotient of positions.
 pub const RAY_ROUNDING: f64 = 16.0 * FLOAT64_ROUNDING;
+
+/// Triangles that a packet may meet before it is halved.
+const MANY: usize = 64;
+
+/// Rays of a packet that are cast alone.
+const FEW: u32 = 4;
+
+/// Triangles that shadowed receivers before, and are asked first.
+const BLOCKERS: usize = 8;
 
 /// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and the number of rays.
 pub fn shadow_rays(
@@ -28,8 +48,21 @@ pub fn shadow_rays(
     hierarchy: &Bvh,
 ) -> (Vec<f32>, u64) {
     let from_origin = camera.eye.length() + hierarchy.farthest(camera.eye);
+    let receivers = Receivers::new(scene, image, camera, light);
+    let views = views(light, scene.bounds());
+    let from_eye = |view: &View| ViewFromEye::new(view, receivers.eye);
+    let extents = sampled_extents(&receivers, &views.iter().map(from_eye).collect::<Vec<_>>());
+    let placed = views.iter().zip(&extents).map(|(view, extent)| {
+        let view = (!extent.is_empty()).then(|| fitted(view, extent))?;
+        Some(PlacedView {
+            vertices: view.places(scene),
+            seen: from_eye(&view),
+            view,
+        })
+    });
     let rays = ShadowRays {
-        receivers: Receivers::new(scene, image, camera, light),
+        views: placed.collect(),
+        receivers,
         hierarchy,
         margin: RAY_ROUNDING * from_origin,
     };
@@ -38,18 +71,99 @@ pub fn shadow_rays(
         .into_par_iter()
         .enumerate();
     let count = tiles
-        .map_init(KnownPlanes::default, |known, (tile, mut rows)| {
+        .map_init(Known::default, |known, (tile, mut rows)| {
             dispatch!(level(), simd => rays.answer_tile(simd, tile, &mut rows, known))
         })
         .sum();
     (visibility, count)
 }
 
+/// What the light sees, where it saw receivers.
+struct PlacedView {
+    view: View,
+    seen: ViewFromEye,
+    vertices: Vec<Place>,
+}
+
 struct ShadowRays<'a> {
+    views: Vec<Option<PlacedView>>,
     receivers: Receivers<'a>,
     hierarchy: &'a Bvh,
     /// What rounding may have moved a ray by.
     margin: f64,
+}
+
+/// What a thread keeps from block to block.
+struct Known {
+    planes: KnownPlanes,
+    blockers: [u32; BLOCKERS],
+    next: usize,
+    /// Room for triangles, and for packets.
+    met: Vec<u32>,
+    packets: Vec<[u32; BLOCK]>,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self {
+            planes: KnownPlanes::default(),
+            blockers: [NONE; BLOCKERS],
+            next: 0,
+            met: Vec::new(),
+            packets: Vec::new(),
+        }
+    }
+}
+
+impl Known {
+    /// Keeps a triangle in place of the oldest, unless it is there.
+    fn remember(&mut self, blocker: u32) {
+        if blocker != NONE && !self.blockers.contains(&blocker) {
+            self.blockers[self.next] = blocker;
+            self.next = (self.next + 1) % BLOCKERS;
+        }
+    }
+}
+
+/// Two halves of a packet: of its rows, or of its one row. `None` for few rays, which are quicker alone.
+fn halves(packet: &[u32; BLOCK]) -> Option<[[u32; BLOCK]; 2]> {
+    let rays: u32 = packet.iter().map(|row| row.count_ones()).sum();
+    if rays < FEW {
+        return None;
+    }
+    let mut parts = [[0; BLOCK]; 2];
+    let rows: Vec<usize> = (0..BLOCK).filter(|&row| packet[row] != 0).collect();
+    for (i, &row) in rows.iter().enumerate() {
+        match rows.len() {
+            1 => {
+                for (seen, j) in bits(packet[row]).enumerate() {
+                    parts[usize::from(2 * seen >= rays as usize)][row] |= 1 << j;
+                }
+            }
+            many => parts[usize::from(2 * i >= many)][row] = packet[row],
+        }
+    }
+    Some(parts)
+}
+
+/// The receivers that lie where float32 knows a view's places as well as it should.
+#[inline(always)]
+fn within_reach<S: Simd>(
+    simd: S,
+    view: &View,
+    places: &BlockPlaces<S>,
+    masks: &[u32; BLOCK],
+) -> [u32; BLOCK] {
+    let reach = splat(simd, view.reach());
+    let mut within = *masks;
+    for (i, within) in within
+        .iter_mut()
+        .enumerate()
+        .filter(|(_, mask)| **mask != 0)
+    {
+        *within &= mask_bits(places.u[i].abs().max(places.v[i].abs()).simd_le(reach));
+    }
+    within
 }
 
 impl ShadowRays<'_> {
@@ -60,39 +174,174 @@ impl ShadowRays<'_> {
         simd: S,
         tile: usize,
         rows: &mut [&mut [f32]],
-        known: &mut KnownPlanes,
+        known: &mut Known,
     ) -> u64 {
         let image = self.receivers.image;
         let corner = image.tiling.corner(tile);
         let mut block = BlockReceivers::none(simd);
-        let mut blocker = NONE;
+        let mut places = BlockPlaces::none(simd);
         let mut count = 0;
         for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
             for x in (0..rows[0].len()).step_by(BLOCK) {
-                let (left, top) = (corner.0 + x, corner.1 + i * BLOCK);
-                self.receivers
-                    .block(simd, (left, top), 0..BLOCK, known, &mut block);
-                image.write(rows, x, (left, top), |i| {
-                    let mut lit = [0.0; BLOCK];
-                    count += u64::from(block.facing[i].count_ones());
-                    for j in bits(block.facing[i]) {
-                        let pixel = (left + j, top + i);
-                        let is_lit = self.is_lit(pixel, block.ids[i][j], &mut blocker);
-                        lit[j] = f32::from(u8::from(is_lit));
-                    }
-                    lit
+                let pixel = (corner.0 + x, corner.1 + i * BLOCK);
+                let planes = &mut known.planes;
+                let mut lit = [0; BLOCK];
+                if self
+                    .receivers
+                    .block(simd, pixel, 0..BLOCK, planes, &mut block)
+                {
+                    lit = self.lit(simd, pixel, &block, &mut places, known);
+                    let facing = block.facing.iter();
+                    count += facing.map(|&row| u64::from(row.count_ones())).sum::<u64>();
+                }
+                image.write(rows, x, pixel, |i| {
+                    let lit = mask32x8::from_bitmask(simd, u64::from(lit[i]));
+                    lit.select(splat(simd, 1.0), splat(simd, 0.0)).to_array()
                 });
             }
         }
         count
     }
 
+    /// Which receivers of a block are lit.
+    #[inline(always)]
+    fn lit<S: Simd>(
+        &self,
+        simd: S,
+        pixel: (usize, usize),
+        block: &BlockReceivers<S>,
+        places: &mut BlockPlaces<S>,
+        known: &mut Known,
+    ) -> [u32; BLOCK] {
+        let mut lit = block.facing;
+        let light_at = self.receivers.light_at;
+        let masks = masks_of_views(simd, light_at, block, self.views.len());
+        let mut alone = block.facing;
+        for (placed, mask) in self.views.iter().zip(masks) {
+            let Some(PlacedView {
+                view,
+                seen,
+                vertices,
+            }) = placed
+            else {
+                continue;
+            };
+            seen.places(simd, block, &mask, places);
+            let tests = Candidates {
+                receivers: &self.receivers,
+                view,
+                vertices,
+            };
+            let seen = PlacedBlock {
+                block,
+                places,
+                pixel,
+            };
+            let mut left = within_reach(simd, view, places, &mask);
+            for (alone, left) in alone.iter_mut().zip(left) {
+                *alone &= !left;
+            }
+            let mut darken = |shadowed: [u32; BLOCK]| {
+                for (lit, shadowed) in lit.iter_mut().zip(shadowed) {
+                    *lit &= !shadowed;
+                }
+            };
+            let every = |_: usize, _: u32| 0xff;
+            let blockers = known.blockers;
+            let used = blockers.iter().take_while(|&&id| id != NONE).count();
+            let (shadowed, _) = tests.shadowed(simd, seen, &blockers[..used], &left, every);
+            darken(shadowed);
+            for (left, shadowed) in left.iter_mut().zip(shadowed) {
+                *left &= !shadowed;
+            }
+            known.packets.clear();
+            known.packets.extend((left != [0; BLOCK]).then_some(left));
+            while let Some(packet) = known.packets.pop() {
+                let Some(parts) = halves(&packet) else {
+                    for (alone, packet) in alone.iter_mut().zip(packet) {
+                        *alone |= packet;
+                    }
+                    continue;
+                };
+                if !self.meet(self.thick_ray(simd, block, &packet), &mut known.met) {
+                    known.packets.extend(parts);
+                    continue;
+                }
+                let (shadowed, last) = tests.shadowed(simd, seen, &known.met, &packet, every);
+                darken(shadowed);
+                known.remember(last);
+            }
+        }
+        for (row, (lit, alone)) in lit.iter_mut().zip(alone).enumerate() {
+            for j in bits(alone & *lit) {
+                let at = (pixel.0 + j, pixel.1 + row);
+                if !self.is_lit(at, block.ids[row][j], &mut known.blockers[0]) {
+                    *lit &= !(1 << j);
+                }
+            }
+        }
+        lit
+    }
+
+    /// The ray from the middle of some receivers, and how far they are from it.
+    #[inline(always)]
+    fn thick_ray<S: Simd>(
+        &self,
+        simd: S,
+        block: &BlockReceivers<S>,
+        packet: &[u32; BLOCK],
+    ) -> ThickRay {
+        let mut low = [splat64(simd, f64::INFINITY); 3];
+        let mut high = [splat64(simd, f64::NEG_INFINITY); 3];
+        for (point, &row) in block.points.iter().zip(packet) {
+            let mask = mask64x8::from_bitmask(simd, u64::from(row));
+            for k in 0..3 {
+                low[k] = mask.select(low[k].min(point[k]), low[k]);
+                high[k] = mask.select(high[k].max(point[k]), high[k]);
+            }
+        }
+        let low =
+            DVec3::from_array(low.each(|v| v.to_array().into_iter().fold(f64::INFINITY, f64::min)));
+        let high = DVec3::from_array(
+            high.each(|v| v.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max)),
+        );
+        let middle = 0.5 * (low + high);
+        let (light_at, has_end) = (self.receivers.light_at, self.has_end());
+        let to_light = if has_end { light_at - middle } else { light_at };
+        let length = to_light.length();
+        ThickRay {
+            origin: self.receivers.eye + middle,
+            direction: to_light / length,
+            start: 0.0,
+            end: if has_end { length } else { f64::INFINITY },
+            margin: self.margin,
+            spread: 0.5 * (high - low),
+        }
+    }
+
+    /// Lists the triangles near a packet, unless they are many.
+    #[inline(never)]
+    fn meet(&self, packet: ThickRay, met: &mut Vec<u32>) -> bool {
+        met.clear();
+        self.hierarchy.visit(packet, |triangle| {
+            met.push(triangle);
+            match met.len() <= MANY {
+                true => ControlFlow::Continue(f64::INFINITY),
+                false => ControlFlow::Break(()),
+            }
+        });
+        met.len() <= MANY
+    }
+
+    fn has_end(&self) -> bool {
+        self.receivers.light.position().is_some()
+    }
+
     /// Casts the ray of a receiver.
     #[inline(never)]
     fn is_lit(&self, pixel: (usize, usize), own: u32, blocker: &mut u32) -> bool {
         let ray = self.receivers.ray(pixel, own);
-        let has_end = self.receivers.light.position().is_some();
-        is_lit(self.hierarchy, (&ray, has_end), self.margin, blocker)
+        is_lit(self.hierarchy, (&ray, self.has_end()), self.margin, blocker)
     }
 }
 
@@ -114,6 +363,7 @@ pub fn is_lit(
         start: 0.0,
         end: if has_end { length } else { f64::INFINITY },
         margin,
+        spread: DVec3::ZERO,
     };
     let mut is_lit = true;
     hierarchy.visit(thick, |triangle| {
@@ -124,4 +374,27 @@ pub fn is_lit(
         ControlFlow::Continue(f64::INFINITY)
     });
     is_lit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_hold_each_ray_of_a_packet_once() {
+        let packets = [
+            [0xff; BLOCK],
+            [0, 0, 0b0110_1101, 0, 0, 0, 0, 0],
+            [0, 0x80, 0, 1, 0, 0x11, 0, 0],
+            [0xff, 0, 0, 0, 0, 0, 0, 0xff],
+        ];
+        for packet in packets {
+            let [a, b] = halves(&packet).expect("many rays");
+            for i in 0..BLOCK {
+                assert_eq!((a[i] | b[i], a[i] & b[i]), (packet[i], 0));
+            }
+            assert!(a != [0; BLOCK] && b != [0; BLOCK]);
+        }
+        assert_eq!(halves(&[0, 0, 1, 0, 0b110, 0, 0, 0]), None);
+    }
 }

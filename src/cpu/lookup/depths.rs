@@ -121,7 +121,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     }
 
     #[inline(always)]
-    fn answer(&mut self, i: usize, receivers: u32, answer: f32) {
+    pub(super) fn answer(&mut self, i: usize, receivers: u32, answer: f32) {
         for lane in bits(receivers) {
             self.lit[i][lane] = answer;
         }

@@ -228,7 +228,7 @@ impl<S: Simd> KindVisitor for BlockLookup<'_, S> {
             }
         }
         if left != [0; BLOCK] {
-            self.test_triangles(&mut left);
+            self.test_triangles(&left);
         }
     }
 }
