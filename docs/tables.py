@@ -24,6 +24,7 @@ from lixel.lab import (
     aligned as aligned_lights,
     calibration,
     departures,
+    filters,
     hard_views,
     rankings,
     stress,
@@ -346,6 +347,7 @@ WHAT = {
     "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
     "departures/llvmpipe": "what each departure of a default from its paper gains",
+    "filters/cpu": "filtered maps against the lit share of 32 samples in each pixel",
     "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
     "papers/rankings": "the papers' methods as published, by scenes and random lights",
     "growth/llvmpipe": "time and work by triangles and by pixels, objects on a floor",
@@ -411,6 +413,31 @@ def ranked(part: str) -> str:
             return markdown(rankings.by_scene(table))
 
 
+# --- Filters: docs/pages/filters.md ---
+
+
+def filtered(column: str) -> str:
+    """By filter and radius: means over the views of a folder, or of leaks those of the two roofs;
+    in hundredths."""
+    table = read(RESULTS / "filters" / "cpu.csv")
+    is_leaking = table["scene"] == filters.LEAKING
+    views = table[is_leaking if column == "leak" else ~is_leaking]
+    means = 100.0 * views.pivot_table(index="filter", columns="radius", values=column, sort=False)
+    names = dict.fromkeys(table["filter"])
+    shown = means.map(lambda share: "" if pd.isna(share) else f"{share:.2f}").loc[list(names)]
+    shown.columns = [f"{radius:g}" if radius else "none" for radius in means]
+    return markdown([{"filter": f"`{name}`", **row} for name, row in shown.T.to_dict().items()])
+
+
+def filtered_views() -> str:
+    table = read(RESULTS / "filters" / "cpu.csv")
+    views = table[table["scene"] != filters.LEAKING]
+    return (
+        f"{len(views.groupby(['scene', 'light']))} views of {views['scene'].nunique()} scenes, "
+        "480 x 270 pixels, maps of 512²."
+    )
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "demo, directional light": lambda: demo(0),
     "demo, point light": lambda: demo(1),
@@ -448,6 +475,10 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "rankings, views": lambda: ranked("views"),
     "rankings, smoothing": lambda: ranked("smoothing"),
     "rankings, scenes": lambda: ranked("scenes"),
+    "filters, views": filtered_views,
+    "filters, error": lambda: filtered("mean_absolute_error"),
+    "filters, similarity": lambda: filtered("ssim"),
+    "filters, leaks": lambda: filtered("leak"),
     "stability": stability_summary,
     "known limits": stability_limits,
     "beyond the bound": stability_beyond,

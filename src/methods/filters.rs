@@ -44,8 +44,10 @@ const fn up_to(max: f64) -> Rule {
     }
 }
 
-/// In squares of the layer's range of depths. Float32 rounds about as much of a mean square.
-const LEAST_VARIANCE: Parameter = number(Some(1e-6), FRACTION, "squares of the depth range");
+/// In squares of the layer's range of depths.
+const fn least_variance(default: f64) -> Parameter {
+    number(Some(default), FRACTION, "squares of the depth range")
+}
 
 parameters! {
     /// Of every filtered map.
@@ -61,7 +63,8 @@ parameters! {
     /// Of variance shadow maps.
     pub struct VarianceParameters {
         pub blur: BlurParameters,
-        pub min_variance: f64 = LEAST_VARIANCE,
+        /// Ten times what float32 rounds of a mean square.
+        pub min_variance: f64 = least_variance(1e-6),
     }
 }
 
@@ -71,7 +74,8 @@ parameters! {
         pub blur: BlurParameters,
         pub exponent: f64 = number(Some(40.0), EXPONENT, ""),
         pub negative_exponent: Option<f64> = number_or_none(5.0, EXPONENT, ""),
-        pub min_variance: f64 = LEAST_VARIANCE,
+        /// Less, since it grows with the exponent: at 40 it lights every shadow by 6e-5 if nothing else darkens it.
+        pub min_variance: f64 = least_variance(1e-8),
     }
 }
 

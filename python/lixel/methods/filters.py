@@ -191,7 +191,8 @@ class ExponentialVariance(FilteredMap):
     negative_exponent : float, optional
         Of the negative exponential, likewise. None: two moments.
     min_variance : float
-        As for `Variance`, times the square of the exponential's slope at the receiver.
+        As for `Variance`, times the square of the exponential's slope at the receiver. It lights
+        every shadow by ``4 min_variance exponent**2`` where there is no negative exponential.
 
     The others are those of `FilteredMap`.
 
@@ -211,7 +212,7 @@ class ExponentialVariance(FilteredMap):
 
     exponent: float = 40.0
     negative_exponent: float | None = 5.0
-    min_variance: float = 1e-6
+    min_variance: float = 1e-8
 
 
 @dataclass(frozen=True)
