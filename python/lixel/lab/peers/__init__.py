@@ -73,7 +73,7 @@ PEERS: dict[str, Renderer] = {
     "pygfx": Renderer("pygfx", rasterizers.pygfx_peer),
 }
 
-METHODS = ("exact", "desired_view", "cube")
+METHODS = ("exact", "ray_traced", "desired_view", "cube")
 """The methods beside which they are timed by default, as far as they take the light."""
 
 
