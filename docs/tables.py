@@ -324,6 +324,19 @@ def aligned(kind: str) -> str:
     return markdown(rows)
 
 
+def errors_by_angle() -> str:
+    """The largest aliasing error of each method by far over near and by the angle of the light."""
+    table = read(RESULTS / "angles" / "cpu.csv")
+    heads = {"far_over_near": "far / near", "degrees": "degrees"}
+    return markdown(
+        {
+            heads.get(str(key), f"`{key}`"): value if key in heads else f"{value:,.1f}"
+            for key, value in row.items()
+        }
+        for row in table.to_dict("records")
+    )
+
+
 def culling() -> str:
     return markdown(read(RESULTS / "stability" / "culling.csv"))
 
@@ -345,6 +358,7 @@ WHAT = {
     "accuracy/point": "methods for point lights by lookup; half of the random lights are in view",
     "accuracy/point-1080p": "methods for point lights at 1920 x 1080, maps of 1024²",
     "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
+    "angles/cpu": "the largest aliasing error by the angle between light and view",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
     "departures/llvmpipe": "what each departure of a default from its paper gains",
     "filters/cpu": "filtered maps against the lit share of 32 samples in each pixel",
@@ -482,6 +496,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "stability": stability_summary,
     "known limits": stability_limits,
     "beyond the bound": stability_beyond,
+    "errors by angle": errors_by_angle,
     "aligned suns": lambda: aligned("sun"),
     "aligned point lights": lambda: aligned("point"),
     "culling": culling,

@@ -24,6 +24,8 @@ pub trait Lane:
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn floor(self) -> Self;
+    fn exp(self) -> Self;
+    fn ln(self) -> Self;
     /// A value of a table of rows, at whole numbers.
     fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self;
     fn less(self, other: Self) -> Self::Mask;
@@ -81,6 +83,16 @@ macro_rules! scalar_lane {
             #[inline(always)]
             fn floor(self) -> Self {
                 self.floor()
+            }
+
+            #[inline(always)]
+            fn exp(self) -> Self {
+                self.exp()
+            }
+
+            #[inline(always)]
+            fn ln(self) -> Self {
+                self.ln()
             }
 
             #[inline(always)]

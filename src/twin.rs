@@ -158,6 +158,25 @@ impl Lane for Bounded {
         Self { value, error }
     }
 
+    // As far off as WebGPU allows.
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        let error = value * self.error.exp_m1();
+        let roundings = 3.0 + 2.0 * (self.value.abs() + self.error);
+        Self::new(value, error, value, roundings)
+    }
+
+    fn ln(self) -> Self {
+        let value = self.value.ln();
+        let low = self.value - self.error;
+        if low.is_nan() || low <= TINY {
+            let error = f64::INFINITY;
+            return Self { value, error };
+        }
+        let error = value - low.ln();
+        Self::new(value, error + 4.0 * STEP, value.abs(), 3.0)
+    }
+
     fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self {
         if row.error + column.error > 0.1 {
             let (value, error) = (0.0, f64::INFINITY);

@@ -21,6 +21,8 @@ COMPOSED = [
     "spot+rtw",
     "lispsm+notw",
     "trapezoidal+notw",
+    "log_psm",
+    "log_psm+notw",
     "scene_optimized+notw",
     "min_sm+rtw",
 ]

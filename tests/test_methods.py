@@ -72,6 +72,15 @@ MAX_WRONG = {
         "needles": 2160,
         "terrain": 626,
     },
+    "log_psm": {
+        "plane_and_box": 4,
+        "objects_on_floor": 305,
+        "colonnade": 133,
+        "city": 36,
+        "grass": 2800,
+        "needles": 2395,
+        "terrain": 588,
+    },
     "trapezoidal": {
         "plane_and_box": 4,
         "objects_on_floor": 323,

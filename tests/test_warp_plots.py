@@ -74,6 +74,8 @@ POINT, SPOT = lx.PointLight((1.1, 4.0, 2.1)), lx.SpotLight((1.1, 4.0, 2.1), (-0.
 FITS = {
     "desired_view": None,
     "lispsm": None,
+    "trapezoidal": None,
+    "log_psm": None,
     "scene_optimized": None,
     "cube": POINT,
     "dual_paraboloid": POINT,
@@ -81,6 +83,7 @@ FITS = {
     "spot": SPOT,
     "desired_view, far": lx.PointLight((3e4, 9e4, 2e4)),
     "lispsm, far": lx.PointLight((30.0, 90.0, 20.0)),
+    "log_psm, far": lx.PointLight((30.0, 90.0, 20.0)),
     "lispsm, near": POINT,
 }
 

@@ -23,6 +23,7 @@ from .info import info
 from .lab import (
     accuracy,
     aligned,
+    angles,
     bench,
     calibration,
     culling,
@@ -412,6 +413,7 @@ LAB: Mapping[str, Command] = {
     "peers": Command.of(peers, "lixel lab peers town.glb -o peers.csv"),
     "papers": Command.of(papers, "lixel lab papers --quick", "lixel lab papers rosen-1 -o out"),
     "rankings": Command.of(rankings, "lixel lab rankings scenes -o rankings.parquet"),
+    "angles": Command.of(angles, "lixel lab angles -o angles.csv"),
     "stress": Command.of(stress, "lixel lab stress --quick --method exact", device="gpu"),
     "culling": Command.of(culling, device="gpu"),
     "flicker": Command.of(flicker, device="gpu"),
@@ -436,7 +438,7 @@ LAB: Mapping[str, Command] = {
 
 LAB_GROUPS = {
     "time and error": ("study", "peers", "growth", "accuracy", "filters", "calibration"),
-    "what the papers say": ("papers", "rankings", "departures"),
+    "what the papers say": ("papers", "rankings", "departures", "angles"),
     "hard views": ("stress", "aligned", "flicker", "culling"),
     "pictures": ("side_by_side", "sun_hours"),
 }

@@ -78,13 +78,15 @@ class Frame(Receivers):
         what receivers look at.
     light_matrix : (layers, 4, 4) float64
         (column, row, depth, w) in texels of the map, before any warp, from a point in world space.
-        Of a paraboloid the point in its axes, relative to the light.
+        Of a paraboloid the point in its axes, relative to the light; of a logarithm (column, s,
+        depth, w), where s / w is one over the distance from the apex, which is one at the centre.
     projections : list of dict
         What each layer's map is beside its matrix: ``kind``, ``"parallel"``, ``"homography"``,
-        ``"perspective"`` or ``"paraboloid"``; the ``scale`` in texels and the ``centre`` of a
-        paraboloid, which takes (x, y, z) in its axes to centre + scale (x, y) / (|(x, y, z)| + z);
-        and the planes (a, b, c, d) of its ``region``: it is for receivers that have
-        a x + b y + c z + d >= 0.
+        ``"perspective"``, ``"paraboloid"`` or ``"log_perspective"``; the ``scale`` in texels and
+        the ``centre`` of a paraboloid, which takes (x, y, z) in its axes to
+        centre + scale (x, y) / (|(x, y, z)| + z), and of a logarithm, whose row is that of the
+        centre - scale log(s / w); and the planes (a, b, c, d) of its ``region``: it is for
+        receivers that have a x + b y + c z + d >= 0.
     aliasing_error : (H, W) float32
         The papers' m = w'_l / w'_i: the width of a texel over that of the pixel it falls in; above
         1 shadow edges turn into stairs. NaN where no surface is seen.

@@ -19,7 +19,3 @@ fn depths_of_triangle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec2<f32> {
 fn clamp_to_nearest(z: f32, z_floor: f32) -> f32 {
     return max(z, z_floor);
 }
-
-// Sides that triangles are cut at where a corner has no place or is far off: the end of the projection,
-// and those of a band around the map.
-const CUTS: u32 = 5u;

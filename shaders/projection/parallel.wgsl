@@ -90,3 +90,7 @@ fn homogeneous_texel(projection: Projection, q: vec3<f32>) -> vec3<f32> {
 fn side_from_projected(projection: Projection, q: vec3<f32>) -> f32 {
     return 1.0;
 }
+
+// Sides that triangles are cut at where a corner has no place or is far off: the end of the projection,
+// and those of a band around the map.
+const CUTS: u32 = 5u;

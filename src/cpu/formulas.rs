@@ -4,6 +4,12 @@ use super::lanes::{LANES, Simd, f32x8, mask32x8, splat};
 use crate::lanes::Lane;
 use fearless_simd::SimdFrom;
 
+#[inline(always)]
+fn lane_by_lane<S: Simd>(numbers: f32x8<S>, function: impl Fn(f32) -> f32) -> f32x8<S> {
+    let values: [f32; LANES] = numbers.into();
+    f32x8::simd_from(numbers.simd, values.map(function))
+}
+
 impl<S: Simd> Lane for f32x8<S> {
     type Mask = mask32x8<S>;
 
@@ -35,6 +41,16 @@ impl<S: Simd> Lane for f32x8<S> {
     #[inline(always)]
     fn floor(self) -> Self {
         self.simd.floor_f32x8(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        lane_by_lane(self, f32::exp)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        lane_by_lane(self, f32::ln)
     }
 
     #[inline(always)]

@@ -44,7 +44,8 @@ impl Map {
     ) -> Self {
         let table = RayTable::new(projection, warp, light);
         let views = views_of(projection, table.as_ref(), scene, light);
-        let depths = Depths::new(projection);
+        let straightened = projection.kind.straightened(projection);
+        let depths = Depths::new(straightened.as_ref().unwrap_or(projection));
         let (image, depths) = match table {
             None => drawn(&views[0], scene, &depths),
             Some(table) => drawn_at_rays(&views, scene, &depths, &table),
@@ -96,7 +97,9 @@ fn views_of(
     light: Source,
 ) -> Vec<MapView> {
     let faces = table.and_then(|table| table.faces.clone());
-    let views = faces.unwrap_or_else(|| vec![view_of(projection, light)]);
+    let straightened = projection.kind.straightened(projection);
+    let seen_by = straightened.as_ref().unwrap_or(projection);
+    let views = faces.unwrap_or_else(|| vec![view_of(seen_by, light)]);
     let seen = |view: View| MapView {
         places: view.places(scene),
         view,

@@ -13,7 +13,7 @@ use super::tile_rays::TileRays;
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS};
 use super::view::{Nearness, View, cube_views};
 use super::warp_map::WarpMap;
-use crate::lanes::V2;
+use crate::lanes::{V2, V3};
 use crate::projection::Projection;
 use crate::sides::Source;
 use fearless_simd::prelude::*;
@@ -153,6 +153,8 @@ impl Tile<'_> {
 pub struct RayTable<'a> {
     projection: &'a Projection,
     warp: Option<&'a WarpMap>,
+    /// What sees the rays, where edges are not straight in the map itself.
+    straightened: Option<Projection>,
     /// The faces of a cube around the light, where rays go to all sides.
     pub faces: Option<Vec<View>>,
 }
@@ -164,17 +166,35 @@ impl<'a> RayTable<'a> {
         warp: Option<&'a WarpMap>,
         light: Source,
     ) -> Option<Self> {
-        let faces = projection.homogeneous_rows().is_none().then(|| {
+        let straightened = projection.kind.straightened(projection);
+        let seen = straightened.as_ref().unwrap_or(projection);
+        let faces = seen.homogeneous_rows().is_none().then(|| {
             let resolution = projection.width as usize;
             cube_views(projection.origin, light, resolution)
                 .map(|view| scaled(view, resolution))
                 .collect()
         });
-        (warp.is_some() || faces.is_some()).then_some(Self {
+        (warp.is_some() || faces.is_some() || straightened.is_some()).then_some(Self {
             projection,
             warp,
+            straightened,
             faces,
         })
+    }
+
+    /// Where the ray of a place in the map is in the view that sees it.
+    fn seen_place(&self, place: DVec2) -> DVec2 {
+        let Some(straightened) = &self.straightened else {
+            return place;
+        };
+        let ray = self
+            .projection
+            .kind
+            .ray_from_texel((place - self.projection.centre).into());
+        // Where it crosses the plane of places.
+        let point = V3::new(ray.x, ray.y, 0.0);
+        let texel = straightened.kind.centred_texel_from_projected(point);
+        DVec2::from(texel) + straightened.centre
     }
 
     /// The places of a tile's texels before the projection's own rays, in texels.
@@ -215,7 +235,7 @@ impl<'a> RayTable<'a> {
         let mut places = [[0.0; 2]; TILE_PIXELS];
         let Some(faces) = &self.faces else {
             for (place, linear) in places.iter_mut().zip(&linear) {
-                *place = linear.to_array();
+                *place = self.seen_place(*linear).to_array();
             }
             if rays.set(&places, &is_taken) {
                 draw(0, rays, &is_taken);

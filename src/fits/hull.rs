@@ -89,7 +89,7 @@ pub fn across(axis: DVec3) -> [DVec3; 2] {
 
 /// The points without those strictly inside the octagon of extreme ones, which cannot be corners of
 /// the hull (S. G. Akl, G. T. Toussaint. A fast convex hull algorithm. IPL 7(5), 1978).
-fn without_interior(points: Vec<DVec2>) -> Vec<DVec2> {
+pub(super) fn without_interior(points: Vec<DVec2>) -> Vec<DVec2> {
     const DIRECTIONS: [DVec2; 8] = [
         DVec2::new(1.0, 0.0),
         DVec2::new(1.0, 1.0),

@@ -104,6 +104,20 @@ pub fn parts_of_frustum(setting: Setting) -> Vec<Part> {
     whole.collect()
 }
 
+/// What the maps of a target must hold.
+pub fn parts_of_target(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    target: Target,
+) -> Result<Vec<Part>> {
+    Ok(match target.extent {
+        Extent::Frustum => parts_of_frustum(receivers.setting()),
+        Extent::Receivers => {
+            let samples = receivers.samples(target.sample_resolution)?;
+            parts_of_receivers(receivers, &samples, samples.facing_the_light())
+        }
+    })
+}
+
 /// The light's own layers, each over the box of what the map must hold, on texels that hold still while
 /// that moves.
 pub fn still_layers(receivers: &mut dyn ReceiverQueries<'_>, target: Target) -> Result<Vec<Layer>> {
@@ -233,13 +247,7 @@ pub fn fit_light_matrices(
     fit: impl Fn(&Subject) -> Option<LightMatrix>,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
-    let parts = match target.extent {
-        Extent::Frustum => parts_of_frustum(setting),
-        Extent::Receivers => {
-            let samples = receivers.samples(target.sample_resolution)?;
-            parts_of_receivers(receivers, &samples, samples.facing_the_light())
-        }
-    };
+    let parts = parts_of_target(receivers, target)?;
     let size = target.size;
     Ok(matrix_layers(setting, parts, size.resolution, |part| {
         fit(&part.subject).or_else(|| part.subject.focused(size))

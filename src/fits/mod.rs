@@ -13,6 +13,7 @@ pub mod layer;
 pub mod light_matrix;
 pub mod light_rays;
 pub mod lispsm;
+pub mod log_perspective;
 pub mod matrix_layers;
 pub mod optimizer;
 pub mod parallel;

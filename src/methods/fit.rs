@@ -3,6 +3,7 @@
 use super::cascades::Cascades;
 use super::focused::Focused;
 use super::lispsm::LightSpacePerspective;
+use super::log_psm::LogPerspective;
 use super::plane_optimal::PlaneOptimal;
 use super::prelude::*;
 use super::psm::Perspective;
@@ -115,6 +116,10 @@ pub const FITS: Choices<Fit> = &[
     (
         "lispsm",
         turning(|view, wanted| LightSpacePerspective::defaults().fit(view, wanted.resolution)),
+    ),
+    (
+        "log_psm",
+        turning(|view, wanted| LogPerspective::defaults().fit(view, wanted.resolution)),
     ),
     (
         "trapezoidal",

@@ -192,7 +192,8 @@ impl<'p, 'a, V: Verbs<'a>> Analysis<'p, 'a, V> {
         };
         let world = projection.world_from_texel(depth).ok_or_else(|| {
             Error::Value(
-                "previous must come with a fit whose layers have a light matrix, not with paraboloids"
+                "previous must come with a fit whose layers have a light matrix, not with paraboloids or \
+                 logarithms"
                     .to_string(),
             )
         })?;

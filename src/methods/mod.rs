@@ -16,6 +16,7 @@ mod importance;
 mod improved_paraboloid;
 pub mod light_matrix;
 mod lispsm;
+mod log_psm;
 pub mod method;
 mod min_sm;
 mod notw;
@@ -107,6 +108,7 @@ methods! {
     MinimalShadowMap = min_sm::MinimalShadowMap,
     Focused = focused::Focused,
     LightSpacePerspective = lispsm::LightSpacePerspective,
+    LogPerspective = log_psm::LogPerspective,
     Trapezoidal = trapezoidal::Trapezoidal,
     Perspective = psm::Perspective,
     PlaneOptimal = plane_optimal::PlaneOptimal,

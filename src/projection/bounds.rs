@@ -1,6 +1,8 @@
 //! Bounds that the shaders compute for triangles and boxes of texels, against points of them in float64.
 
-use super::{Homography, Kind, Paraboloid, Parallel, Perspective, Projection};
+use super::{
+    Formulas, Homography, Kind, LogPerspective, Paraboloid, Parallel, Perspective, Projection,
+};
 use crate::gpu::projection_uniform::ProjectionUniform;
 use crate::gpu::shaders::{Shader, file_of};
 use crate::lanes::{V2, V3};
@@ -70,6 +72,16 @@ fn projection(kind: usize, random: &mut Random) -> Projection {
             homography.with_convergence(convergence).into()
         }
         2 => Perspective.into(),
+        3 => {
+            let places = DMat3::from_cols(
+                DVec3::new(half.x, 0.0, right),
+                DVec3::new(0.0, 0.0, down.signum() * (0.2 + 0.6 * down.abs())),
+                DVec3::new(0.0, 1.5, 1.5),
+            );
+            let convergence = [0.0, 1e-6, 0.2][random.below(3)];
+            let straight = Homography::new(places, 1.0).with_convergence(convergence);
+            LogPerspective::new(straight, 20.0 + 400.0 * random.share()).into()
+        }
         _ => stretched(Paraboloid::UNIT.into()),
     };
     Projection {
@@ -94,7 +106,7 @@ fn corner(kind: &Kind, random: &mut Random) -> V3<f64> {
     let z = unit();
     match (kind, random.below(8)) {
         (Kind::Parallel(_), _) => (place * SIDE).extend(z),
-        (Kind::Homography(_), _) => place.extend(z),
+        (Kind::Homography(_) | Kind::LogPerspective(_), _) => place.extend(z),
         (_, 0) => (place * 1e-4).extend(z * 1e-4),
         (Kind::Perspective(_), _) => (place * (SIDE * z)).extend(z),
         (_, 1) => V3::new(0.0, 0.0, z),
@@ -111,10 +123,15 @@ fn triangle(kind: &Kind, random: &mut Random) -> [V3<f64>; 3] {
 
 /// The ray of a texel, of any length, as edges are evaluated on it.
 fn direction(kind: &Kind, centred: V2<f64>) -> V3<f64> {
-    let Kind::Homography(homography) = kind else {
-        return kind.direction_from_texel(centred);
+    let (homography, texel) = match kind {
+        Kind::Homography(homography) => (homography, centred),
+        Kind::LogPerspective(log) => {
+            let s = (-centred.y / log.rate).exp();
+            (&log.straight, V2::new(centred.x, s))
+        }
+        _ => return kind.direction_from_texel(centred),
     };
-    let homogeneous = centred.extend(1.0);
+    let homogeneous = texel.extend(1.0);
     let [x, y, z] = homography.place_from_texel.map(|row| row.dot(homogeneous));
     V3::new(x, y, z)
 }
@@ -122,14 +139,17 @@ fn direction(kind: &Kind, centred: V2<f64>) -> V3<f64> {
 /// The kind of rounded numbers, which is what the shader knows.
 fn rounded(kind: &Kind, case: &[f32; INPUTS]) -> Kind {
     let rows = |i: usize| [0, 3, 6].map(|row| v3(case, i + row));
+    let rounded = |homography: &Homography| Homography {
+        texel_from_place: rows(24),
+        place_from_texel: rows(33),
+        convergence: case[42].into(),
+        ..*homography
+    };
     match kind {
-        Kind::Homography(homography) => Homography {
-            texel_from_place: rows(24),
-            place_from_texel: rows(33),
-            convergence: case[42].into(),
-            ..*homography
+        Kind::Homography(homography) => rounded(homography).into(),
+        Kind::LogPerspective(log) => {
+            LogPerspective::new(rounded(&log.straight), case[23].into()).into()
         }
-        .into(),
         kind => *kind,
     }
 }
@@ -185,10 +205,11 @@ fn case(kind: usize, random: &mut Random) -> (Kind, [f32; INPUTS]) {
 fn is_kept(kind: &Kind, case: &[f32; INPUTS], q: V3<f64>) -> bool {
     match kind {
         Kind::Perspective(_) => q.z >= f64::from(case[19]),
-        Kind::Homography(homography) => {
-            let place = kind.homogeneous_from_projected(q);
-            homography.texel_from_place[2].dot(place) >= f64::from(case[21])
-        }
+        Kind::Homography(homography)
+        | Kind::LogPerspective(LogPerspective {
+            straight: homography,
+            ..
+        }) => homography.homogeneous_texel(q).z >= f64::from(case[21]),
         _ => true,
     }
 }
@@ -283,11 +304,11 @@ fn assert_corner_is_placed(kind: &Kind, case: &[f32; INPUTS], found: &[f32]) {
     let z_min = case[19];
     let (expected, clamped) = match kind {
         Kind::Parallel(_) => (true, a.z.max(z_min.into())),
-        Kind::Homography(_) => (is_in_map, a.z.max(z_min.into())),
+        Kind::Homography(_) | Kind::LogPerspective(_) => (is_in_map, a.z.max(z_min.into())),
         Kind::Perspective(_) => (case[2] > z_min.max(case[20] / 65536.0), a.z),
         Kind::Paraboloid(_) => (a.z > 0.0, a.z),
     };
-    let is_sure = !matches!(kind, Kind::Homography(_)) || is_in_map;
+    let is_sure = !matches!(kind, Kind::Homography(_) | Kind::LogPerspective(_)) || is_in_map;
     assert!(
         !is_sure || expected == (side > 0.0),
         "{kind:?} {case:?} {found:?}"
@@ -301,7 +322,7 @@ fn assert_corner_is_placed(kind: &Kind, case: &[f32; INPUTS], found: &[f32]) {
 #[test]
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn bounds_of_triangles_and_of_boxes_hold_their_points() {
-    for kind in 0..4 {
+    for kind in 0..5 {
         let mut random = Random(1);
         let cases: Vec<_> = (0..5_000).map(|_| case(kind, &mut random)).collect();
         let inputs: Vec<_> = cases.iter().map(|case| case.1).collect();

@@ -28,12 +28,12 @@ fn times<L: Lane>(rows: &[V3<L>; 3], v: V3<L>) -> V3<L> {
 impl<L: Lane> Homography<L> {
     /// How wide the rays of a bundle are at a depth, against where they cross the plane of places.
     #[inline(always)]
-    fn width_at(&self, depth: L) -> L {
+    pub(super) fn width_at(&self, depth: L) -> L {
         self.convergence * depth + self.convergence.constant(1.0)
     }
 
     #[inline(always)]
-    fn place_from_projected(&self, q: V3<L>) -> V2<L> {
+    pub(super) fn place_from_projected(&self, q: V3<L>) -> V2<L> {
         q.xy() / self.width_at(q.z)
     }
 
@@ -45,7 +45,7 @@ impl<L: Lane> Homography<L> {
 
     /// How a place moves per texel to the right and down.
     #[inline(always)]
-    fn place_slopes(&self, place: V2<L>) -> [V2<L>; 2] {
+    pub(super) fn place_slopes(&self, place: V2<L>) -> [V2<L>; 2] {
         let w = self.texel_from_place[2].dot(place.extend(self.convergence.constant(1.0)));
         let [x, y, z] = self.place_from_texel;
         [
@@ -203,20 +203,26 @@ impl Homography {
         }
     }
 
-    /// The least w of a map of that size around the axis, a little less: nothing nearer to the horizon
-    /// is in the map.
-    fn least_w_of_places(&self, half: DVec2) -> f64 {
+    /// The least w of a map with those corners, a little less: nothing nearer to the horizon is in the map.
+    pub(super) fn least_w_in(&self, corners: [DVec2; 4]) -> f64 {
         let last = DVec3::from(self.place_from_texel[2]);
-        let inverses = corners(half).map(|corner| last.dot(corner.extend(1.0)));
+        let inverses = corners.map(|corner| last.dot(corner.extend(1.0)));
         0.999
             / inverses
                 .into_iter()
                 .fold(f64::MIN_POSITIVE.sqrt(), f64::max)
     }
+
+    /// With so many times the texels along each side.
+    pub(super) fn stretched_rows(&self, k: DVec2) -> (Self, DVec2) {
+        let texels = DMat3::from_diagonal(k.extend(1.0));
+        let stretched = Self::new(texels * matrix(&self.texel_from_place), self.reach);
+        (stretched.with_convergence(self.convergence), DVec2::ONE)
+    }
 }
 
 /// Of a map around its axis.
-fn corners(half: DVec2) -> [DVec2; 4] {
+pub(super) fn corners(half: DVec2) -> [DVec2; 4] {
     let other = DVec2::new(half.x, -half.y);
     [half, -half, other, -other]
 }
@@ -263,10 +269,8 @@ impl ProjectionKind for Homography {
     }
 
     fn stretched(&self, k: DVec2) -> (Kind, DVec2) {
-        let texels = DMat3::from_diagonal(k.extend(1.0));
-        let stretched = Self::new(texels * matrix(&self.texel_from_place), self.reach);
-        let stretched = stretched.with_convergence(self.convergence);
-        (stretched.into(), DVec2::ONE)
+        let (stretched, rest) = self.stretched_rows(k);
+        (stretched.into(), rest)
     }
 
     // Before the horizon.
@@ -318,7 +322,7 @@ impl ProjectionKind for Homography {
     // Homogeneous texels are as many times as large as the rays are wide.
     fn least_w(&self, projection: &Projection) -> f64 {
         let narrowest = self.width_at(projection.near).min(1.0);
-        self.least_w_of_places(projection.centre) * narrowest
+        self.least_w_in(corners(projection.centre)) * narrowest
     }
 }
 
@@ -331,7 +335,7 @@ mod tests {
         let matrix = DMat3::from_cols_array(&[1.1, 0.1, 0.002, -0.2, 0.9, -0.004, 3.0, 1.0, 1.2]);
         let homography = Homography::new(matrix, 100.0);
         let half = DVec2::new(17.0, 9.5);
-        let least = homography.least_w_of_places(half);
+        let least = homography.least_w_in(corners(half));
         let mut nearest = f64::INFINITY;
         for i in 0..=20 {
             for j in 0..=20 {

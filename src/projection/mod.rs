@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod bounds;
 mod homography;
+mod log_perspective;
 mod paraboloid;
 mod parallel;
 mod perspective;
@@ -13,6 +14,7 @@ mod perspective;
 mod twins;
 
 pub use homography::Homography;
+pub use log_perspective::LogPerspective;
 pub use paraboloid::Paraboloid;
 pub use parallel::Parallel;
 pub use perspective::Perspective;
@@ -64,6 +66,8 @@ kinds! {
     Parallel,
     /// The same or nearly so, where texels need not be even.
     Homography,
+    /// The same along the view, whose rows a logarithm spreads.
+    LogPerspective,
     /// Rays from the origin, through a plane.
     Perspective,
     /// Rays from the origin, to all sides but one.
@@ -160,9 +164,14 @@ pub trait ProjectionKind: Formulas<f64> {
     }
 
     /// Matrices from homogeneous places in the plane to homogeneous centred texels, and back; none where
-    /// texels follow from points by no matrix.
+    /// texels follow from points by no matrix. Where edges are not straight, rows follow from what they give.
     fn matrices(&self) -> Option<[DMat3; 2]> {
         Some([DMat3::IDENTITY; 2])
+    }
+
+    /// A map of the same rays in which a triangle's edges are lines; none where there is none or this is one.
+    fn straightened(&self, _: &Projection) -> Option<Projection> {
+        None
     }
 
     /// The kind with so many times the texels along each side, and what of that is left to the axes.
@@ -319,9 +328,9 @@ impl Projection {
     }
 
     /// Points of the world at one depth: columns of the matrix from (column, row, 1) in texels to
-    /// homogeneous points. `None` of a paraboloid, which has no such matrix.
+    /// homogeneous points. `None` where texels follow from points by no matrix.
     pub fn world_from_texel(&self, depth: f64) -> Option<[DVec4; 3]> {
-        let [_, plane] = self.kind.matrices()?;
+        let [_, plane] = self.straight_matrices()?;
         let steps = self.steps();
         let z = self.origin + steps.z_axis * depth;
         let width = match self.kind.is_central() {
@@ -344,23 +353,39 @@ impl Projection {
         DVec2::new(steps.x_axis.length(), steps.y_axis.length())
     }
 
+    /// Of a kind in which edges are straight.
+    fn straight_matrices(&self) -> Option<[DMat3; 2]> {
+        let matrices = self.kind.matrices();
+        matrices.filter(|_| self.kind.has_straight_edges())
+    }
+
     /// Homogeneous (column, row, depth, w) in texels from a point in the world; column and row are to
     /// be divided by w, the depth is as it is. Of a
-    /// paraboloid, which has no such matrix, the point in the axes that it is taken in.
+    /// paraboloid, which has no such matrix, the point in the axes that it is taken in; of a logarithm s w for the row,
+    /// which is the centre's less the rate times the logarithm of s.
     pub fn texel_from_world(&self) -> DMat4 {
         let from_origin = DMat4::from_translation(-self.origin);
-        let Some([x, y, w]) = self.homogeneous_rows() else {
+        let Some(matrices) = self.kind.matrices() else {
             return DMat4::from_mat3(self.axes()) * from_origin;
         };
+        let centre_row = match self.kind.has_straight_edges() {
+            true => self.centre.y,
+            false => 0.0,
+        };
+        let [x, y, w] = self.rows_over_points(&matrices[0], DVec2::new(self.centre.x, centre_row));
         let (offset, scale) = self.depth_from_z();
         let depth = (self.z_axis.extend(0.0) - DVec4::W * offset) * scale;
         DMat4::from_cols(x, y, depth, w).transpose() * from_origin
     }
 
     /// Column, row and w of a texel, column and row times w, as functions of (point, 1), the point relative to the
-    /// origin. `None` of a paraboloid, which has no such matrix.
+    /// origin. `None` where texels follow from points by no matrix.
     pub fn homogeneous_rows(&self) -> Option<[DVec4; 3]> {
-        let [matrix, _] = self.kind.matrices()?;
+        let [matrix, _] = self.straight_matrices()?;
+        Some(self.rows_over_points(&matrix, self.centre))
+    }
+
+    fn rows_over_points(&self, matrix: &DMat3, centre: DVec2) -> [DVec4; 3] {
         let z = self.z_axis.extend(0.0);
         let last = match self.kind.is_central() {
             true => z,
@@ -369,7 +394,7 @@ impl Projection {
         let (right, down) = (self.x_axis.extend(0.0), self.y_axis.extend(0.0));
         let row = |row: DVec3| right * row.x + down * row.y + last * row.z;
         let [x, y, w] = [0, 1, 2].map(|i| row(matrix.row(i)));
-        Some([x + w * self.centre.x, y + w * self.centre.y, w])
+        [x + w * centre.x, y + w * centre.y, w]
     }
 
     /// (offset, scale) such that stored depth = (z - offset) * scale.
@@ -403,8 +428,13 @@ mod tests {
         Homography::new(matrix, 100.0)
     }
 
-    /// Parallel, perspective, paraboloid, parallel with a homography, and the same of rays that meet.
-    fn projections() -> [Projection; 5] {
+    fn log_perspective() -> LogPerspective {
+        let matrix = DMat3::from_cols_array(&[1.1, 0.0, 0.002, -0.2, 0.0, -0.004, 3.0, 1.0, 1.2]);
+        LogPerspective::new(Homography::new(matrix, 100.0), 30.0)
+    }
+
+    /// Parallel, perspective, paraboloid, parallel with a homography, the same of rays that meet, and with a logarithm.
+    fn projections() -> [Projection; 6] {
         let rotation = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(0.4);
         let even = DVec2::new(30.0, 40.0);
         let round = Paraboloid::UNIT.stretched(DVec2::new(8.0, 9.0)).0;
@@ -414,6 +444,7 @@ mod tests {
             (round, DVec2::ONE),
             (homography().into(), even),
             (homography().with_convergence(0.04).into(), even),
+            (log_perspective().into(), even),
         ];
         kinds.map(|(kind, k)| Projection {
             kind,
@@ -448,7 +479,7 @@ mod tests {
     #[test]
     fn matrix_agrees_with_the_functions() {
         let point = DVec3::new(1.0, -4.0, -3.0);
-        let [parallel, perspective, _, moved, meeting] = projections();
+        let [parallel, perspective, _, moved, meeting, _] = projections();
         for projection in [parallel, perspective, moved, meeting] {
             let homogeneous = projection.texel_from_world() * point.extend(1.0);
             let texel = projection.texel_from_point(point);
@@ -459,7 +490,7 @@ mod tests {
 
     #[test]
     fn places_at_one_depth_are_where_the_rays_say() {
-        let [parallel, perspective, paraboloid, moved, meeting] = projections();
+        let [parallel, perspective, paraboloid, moved, meeting, log] = projections();
         for projection in [parallel, perspective, moved, meeting] {
             let texel = DVec2::new(5.5, 12.0);
             let columns = projection.world_from_texel(4.0).unwrap();
@@ -468,13 +499,38 @@ mod tests {
             let point = there.truncate() / there.w;
             assert!((point - (start + ray * 4.0)).length() < 1e-10, "{point}");
         }
-        assert!(paraboloid.world_from_texel(4.0).is_none());
+        for curved in [paraboloid, log] {
+            assert!(curved.world_from_texel(4.0).is_none());
+        }
+    }
+
+    #[test]
+    fn rays_of_a_log_perspective_are_in_its_straight_map() {
+        let [.., log] = projections();
+        let straight = log.kind.straightened(&log).unwrap();
+        let size = DVec2::new(log.width.into(), log.height.into());
+        for share in [DVec2::ZERO, DVec2::new(0.3, 0.6), DVec2::ONE] {
+            let (start, ray) = log.ray_from_texel(size * share);
+            let there = straight.texel_from_point(start + ray * 4.0).truncate() / size;
+            assert!(there.cmpge(DVec2::splat(-1e-12)).all(), "{there}");
+            assert!(there.cmple(DVec2::splat(1.0 + 1e-12)).all(), "{there}");
+            let row = [0.0, 1.0].contains(&share.y).then_some(share.y);
+            assert!(
+                row.is_none_or(|row| (there.y - row).abs() < 1e-12),
+                "{there}"
+            );
+        }
+        let homogeneous = log.texel_from_world() * DVec3::new(3.3, -2.1, -2.0).extend(1.0);
+        let [x, s] = [homogeneous.x, homogeneous.y].map(|v| v / homogeneous.w);
+        let texel = log.texel_from_point(DVec3::new(3.3, -2.1, -2.0));
+        let row = log.centre.y - log.kind.plane_scale().y * s.ln();
+        assert!((DVec2::new(x, row) - texel.truncate()).length() < 1e-10);
     }
 
     #[test]
     fn the_smallest_texel_is_at_a_corner() {
-        let [parallel, perspective, _, moved, meeting] = projections();
-        for projection in [parallel, perspective, moved, meeting] {
+        let [parallel, perspective, _, moved, meeting, log] = projections();
+        for projection in [parallel, perspective, moved, meeting, log] {
             let mut least = DVec2::INFINITY;
             for i in 0..projection.width {
                 for j in 0..projection.height {

@@ -1,6 +1,6 @@
 //! Every kind's shader against its formulas.
 
-use super::{Formulas, Homography, Kind, Paraboloid, Parallel, Perspective};
+use super::{Formulas, Homography, Kind, LogPerspective, Paraboloid, Parallel, Perspective};
 use crate::gpu::shaders::{Shader, file_of};
 use crate::lanes::{Lane, V2, V3};
 use crate::twin::{Random, Twin, assert_twins};
@@ -98,6 +98,12 @@ fn outputs<L: Lane>(kind: &impl Formulas<L>, inputs: &[L]) -> Vec<L> {
 impl Twin for Kind {
     fn evaluate<L: Lane>(&self, inputs: &[L]) -> Vec<L> {
         let rows = |i: usize| [0, 3, 6].map(|row| v3(inputs, i + row));
+        let homography = || Homography {
+            texel_from_place: rows(14),
+            place_from_texel: rows(23),
+            reach: inputs[0],
+            convergence: inputs[32],
+        };
         match self {
             Self::Parallel(kind) => outputs(kind, inputs),
             Self::Perspective(kind) => outputs(kind, inputs),
@@ -107,15 +113,14 @@ impl Twin for Kind {
                 },
                 inputs,
             ),
-            Self::Homography(_) => {
-                let kind = Homography {
-                    texel_from_place: rows(14),
-                    place_from_texel: rows(23),
-                    reach: inputs[0],
-                    convergence: inputs[32],
-                };
-                outputs(&kind, inputs)
-            }
+            Self::Homography(_) => outputs(&homography(), inputs),
+            Self::LogPerspective(_) => outputs(
+                &LogPerspective {
+                    straight: homography(),
+                    rate: inputs[13],
+                },
+                inputs,
+            ),
         }
     }
 }
@@ -147,9 +152,10 @@ fn case(random: &mut Random) -> [f32; INPUTS] {
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn shaders_of_projections_compute_what_rust_does() {
     let homography = Homography::new(DMat3::IDENTITY, 1.0);
-    let kinds: [Kind; 4] = [
+    let kinds: [Kind; 5] = [
         Parallel.into(),
         homography.into(),
+        LogPerspective::new(homography, 1.0).into(),
         Perspective.into(),
         Paraboloid::UNIT.into(),
     ];

@@ -34,6 +34,7 @@ from .light_matrices import (
     Focused as Focused,
     LightMatrixMethod as LightMatrixMethod,
     LightSpacePerspective as LightSpacePerspective,
+    LogPerspective as LogPerspective,
     PerspectiveShadowMap as PerspectiveShadowMap,
     PlaneOptimal as PlaneOptimal,
     SceneOptimized as SceneOptimized,
@@ -78,6 +79,7 @@ MapMethod: TypeAlias = (
     | MinimalShadowMap
     | Focused
     | LightSpacePerspective
+    | LogPerspective
     | Trapezoidal
     | PerspectiveShadowMap
     | PlaneOptimal

@@ -10,6 +10,9 @@ import numpy.typing as npt
 
 from .base import ShadowMapMethod
 
+CURVED = frozenset({"paraboloid", "log_perspective"})
+"""Kinds of maps that no matrix takes points to."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LightMatrix(ShadowMapMethod):
@@ -77,10 +80,10 @@ class LightMatrix(ShadowMapMethod):
         Raises
         ------
         ValueError
-            A frame of paraboloids, which have no matrix.
+            A frame of paraboloids or logarithms, which have no matrix.
         """
         kinds = [projection["kind"] for projection in frame.projections]
-        if "paraboloid" in kinds:
+        if CURVED & set(kinds):
             raise ValueError(f"frame must have light matrices, got {', '.join(kinds)}")
         side = frame.method.map_resolution or 1
         matrices = frame.light_matrix / np.array([side, side, 1.0, 1.0])[:, None]

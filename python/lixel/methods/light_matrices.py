@@ -114,6 +114,51 @@ class LightSpacePerspective(LightMatrixMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LogPerspective(LightMatrixMethod):
+    """A perspective across the light, as `LightSpacePerspective`, whose rows a logarithm spreads.
+
+    With x beside the view and w the distance along it from the perspective's apex, in the light's
+    plane, from :math:`w_0` to :math:`w_1`,
+
+    .. math:: u = x / w, \\quad v = \\log (w / w_0) / \\log (w_1 / w_0)
+
+    Columns are as wide as w is large and rows are as long, so that texels grow in both directions
+    as the pixels of a view across the light do: the largest error is of the order of the logarithm
+    of the farthest over the nearest depth, where a perspective's is of the order of a root of that.
+
+    The paper fits a curve to the apex that is best for each angle between light and view. Here the
+    apex that is best is searched for: the one with the least largest perspective aliasing error,
+    that of ``frame.largest_aliasing_error``, over what the map must hold. Nothing is taken for
+    nearer than a thousandth of the farthest depth.
+
+    Rasterization is exact without tessellation, which lines that a logarithm bends would need
+    otherwise; ``rasterization="linear"`` shows what happens.
+
+    Limits: the smaller the angle between light and view, the less there is to gain; along the view
+    the map is that of `Focused`. It is that for an orthographic camera, too. Where most of what is
+    seen is far away, as of terrain under a low sun, far texels are larger than those of `Focused`.
+    A light with a position that is near has the map of `LightSpacePerspective`, without a
+    logarithm. The map has no matrix, so `LightMatrix.of` and a warp's `previous` do not take it.
+
+    Parameters are those of `LightMatrixMethod`.
+
+    References
+    ----------
+    D. B. Lloyd, N. K. Govindaraju, C. Quammen, S. E. Molnar, D. Manocha, "Logarithmic perspective
+    shadow maps", ACM Transactions on Graphics 27(4), 2008; the measure: D. B. Lloyd, D. Tuft,
+    S. Yoon, D. Manocha, "Warping and partitioning for low error shadow maps", Eurographics
+    Symposium on Rendering 2006.
+
+    Examples
+    --------
+    >>> LogPerspective().name
+    'log_psm'
+    """
+
+    name: ClassVar[str] = "log_psm"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Trapezoidal(LightMatrixMethod):
     """A trapezoid around what is seen, as the light sees it, becomes the map.
 
@@ -132,9 +177,8 @@ class Trapezoidal(LightMatrixMethod):
     length, because the light shines nearly along it, f moves towards :math:`\\xi`, and the
     trapezoid towards a box, without a jump. So it is a box for an orthographic camera, too.
 
-    Limits: a light along the view has a map that is that of `Focused`. Rows of texels are even
-    across the centre line, so that near things at the sides of a wide view have no more than far
-    ones in the middle of it.
+    Limits: a light along the view has a map that is that of `Focused`. Where most of what is seen
+    is far away, as of terrain under a low sun, far texels are larger than those of `Focused`.
 
     Parameters
     ----------

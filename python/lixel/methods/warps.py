@@ -25,6 +25,7 @@ Fit: TypeAlias = Literal[
     "psm",
     "plane_optimal",
     "lispsm",
+    "log_psm",
     "trapezoidal",
     "scene_optimized",
     "cube",
@@ -60,11 +61,11 @@ class FittedWarp(BoxMethod, RotatedMethod):
         texel by its importance alone;
         ``"min_sm"`` rotates it as `MinimalShadowMap` does, ``"principal_axes"`` along the principal
         axes of the receivers. ``"cascades"``, ``"focused"``, ``"psm"``, ``"plane_optimal"``,
-        ``"lispsm"``, ``"trapezoidal"`` and ``"scene_optimized"`` are the maps of `Cascades`,
-        `Focused`, `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective`, `Trapezoidal`
-        and `SceneOptimized` with their defaults; ``"cube"``, ``"dual_paraboloid"``,
-        ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers, each cut to the box
-        of its receivers. A `LightMatrix` is warped as it is.
+        ``"lispsm"``, ``"log_psm"``, ``"trapezoidal"`` and ``"scene_optimized"`` are the maps of
+        `Cascades`, `Focused`, `PerspectiveShadowMap`, `PlaneOptimal`, `LightSpacePerspective`,
+        `LogPerspective`, `Trapezoidal` and `SceneOptimized` with their defaults; ``"cube"``,
+        ``"dual_paraboloid"``, ``"improved_paraboloid"`` and ``"spot"`` are those methods' layers,
+        each cut to the box of its receivers. A `LightMatrix` is warped as it is.
     snap : bool
         Texel snapping of the map that is warped, see `BoxMethod`; with the fits
         ``"desired_view"``, ``"cascades"``, ``"cube"``, ``"dual_paraboloid"`` and ``"spot"``; that
@@ -135,8 +136,8 @@ class WarpMethod(FittedWarp):
     previous : Frame, optional
         The previous frame, of the same method. Its importance maps are blended in, so that the warp
         follows the view slowly (Rosen, 5.5). Each layer uses the old layer that lies nearest; what
-        was outside of that had no importance. Not for paraboloids. `lixel lab flicker` measures no
-        less flicker with it.
+        was outside of that had no importance. Not for paraboloids, nor for ``"log_psm"``. `lixel
+        lab flicker` measures no less flicker with it.
     blend : float
         The share of the previous frame, from 0 to 1.
 

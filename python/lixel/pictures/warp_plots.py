@@ -157,6 +157,8 @@ def receiver_places(frame: Frame, layer: int) -> npt.NDArray[np.float64]:
     else:
         q = q[q[:, 3] > 0.0]
         texels = q[:, :2] / q[:, 3:]
+    if projection["kind"] == "log_perspective":
+        texels[:, 1] = projection["centre"][1] - projection["scale"][1] * np.log(texels[:, 1])
     uv = np.asarray(texels / frame.shadow_map.shape[:0:-1], np.float64)
     # Rounding may leave one at the border.
     is_inside = (np.abs(uv - 0.5) < 0.501).all(axis=1)
