@@ -21,6 +21,7 @@ import pandas as pd
 from markdown import Extension, Markdown
 from markdown.preprocessors import Preprocessor
 from matplotlib import mathtext
+from matplotlib.figure import Figure
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
@@ -30,16 +31,16 @@ from lixel import _core
 from lixel.lab import departures
 from lixel.lab.result_tables import read
 from lixel.methods import PAPERS, PUBLISHED
-from lixel.pictures import display, plots
+from lixel.pictures import display, page_plots, plots
 
 mpl.use("agg")
 
 RESULTS = Path(__file__).parent / "results"
 TITLES = {method["name"]: method["title"] for method in _core.methods()}
 MODULES = (
-    "scenes", "methods.published", "pictures.plots", "pictures.warp_plots", "pictures.explore",
-    "testing", "pytest_plugin", "lab.papers", "lab.stress", "lab.culling", "lab.flicker",
-    "lab.result_tables",
+    "scenes", "methods.published", "pictures.plots", "pictures.page_plots", "pictures.warp_plots",
+    "pictures.explore", "testing", "pytest_plugin", "lab.papers", "lab.stress", "lab.culling",
+    "lab.flicker", "lab.result_tables",
 )  # fmt: skip
 CITATIONS = {method["name"]: method["citation"] for method in _core.methods()}
 
@@ -64,6 +65,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     # What the site has no page of stays as words.
     results = (RESULTS / "README.md").read_text(encoding="utf-8")
     add("results.md", re.sub(r"\[([^]]+)\]\(\.\./[^)]+\)", r"`\1`", results))
+    add("virtual_pages.png", pages_figure())
     add("side_by_side.png", (folder / "side_by_side.png").read_bytes())
     picture = folder / "time_against_error.png"
     if picture.exists():
@@ -117,7 +119,7 @@ def method_page(name: str, method: type) -> str:
             f'`method="{name}"`, or `lx.{method.__name__}` with parameters. {CITATIONS[name]}',
             f"![Shadows by {name}, its aliasing error and its wrong pixels]({name}.png)",
             "The colonnade at 480 x 270"
-            + (", with a map of 256²" if hasattr(method(), "resolution") else "")
+            + (", with a map of 256²" if is_sized(method) else "")
             + ": wrong pixels in red, and the aliasing error.",
             *docstring(method),
             *as_published(name),
@@ -283,9 +285,14 @@ IN_GALLERY, IN_FIGURE = ((320, 180), 128), ((480, 270), 256)
 """Sizes of the images, and texels along a side of the maps."""
 
 
+def is_sized(method: type) -> bool:
+    """Whether its texels are those of its resolution; of pages there are as many as pixels need."""
+    return hasattr(method(), "resolution") and not hasattr(method(), "page_size")
+
+
 @cache
 def rendered(method: type, size: tuple[int, int], resolution: int) -> lx.Frame:
-    chosen = method(resolution=resolution) if hasattr(method(), "resolution") else method()
+    chosen = method(resolution=resolution) if is_sized(method) else method()
     light = next(light for light in LIGHTS if chosen.takes(light))
     return lx.render(SCENE, SCENE.cameras["default"].resized(*size), light, chosen)
 
@@ -304,9 +311,21 @@ def figure(method: type) -> bytes:
     shown, axes = plt.subplots(1, 2, figsize=(12, 3.6), layout="constrained")
     plots.difference(compared(method, *IN_FIGURE), axes[0])
     plots.aliasing_error(rendered(method, *IN_FIGURE), axes[1])
+    return png(shown)
+
+
+def pages_figure() -> bytes:
+    frame = rendered(lx.VirtualShadowMap, *IN_FIGURE)
+    shown, axes = plt.subplots(1, 2, figsize=(12, 4.2), layout="constrained")
+    page_plots.page_levels(frame, axes[0])
+    page_plots.page_table(frame, axes[1])
+    return png(shown)
+
+
+def png(figure: Figure) -> bytes:
     stream = io.BytesIO()
-    shown.savefig(stream, dpi=100)
-    plt.close(shown)
+    figure.savefig(stream, dpi=100)
+    plt.close(figure)
     return stream.getvalue()
 
 

@@ -26,6 +26,7 @@ from lixel.lab import (
     departures,
     filters,
     hard_views,
+    pages as beside_cascades,
     rankings,
     stress,
 )
@@ -345,6 +346,26 @@ def flicker() -> str:
     return markdown(read(RESULTS / "stability" / "flicker.csv").drop(columns="frames"))
 
 
+def pages(name: str) -> str:
+    """`virtual` beside cascades with as many texels, by scene."""
+    table = read(RESULTS / "accuracy" / f"{name}.parquet")
+    sums = beside_cascades.summary(table)
+    rows = []
+    for scene, own in sums.groupby("scene", sort=False):
+        of = own.set_index("method")
+        paged = of.loc["virtual"]
+        row: dict[str, object] = {"scene": scene, "views": int(paged["views"])}
+        row |= {"pages": int(paged["pages"]), "texels, millions": paged["texels"] / 1e6}
+        row |= {f"`{method}`" if " " not in method else method: int(found["misclassified"])
+                for method, found in of.iterrows()}  # fmt: skip
+        row |= {"ratio to `cascades`": of.loc["cascades", "ratio"]}
+        row |= {"ms, `virtual`": paged["milliseconds"]}
+        row |= {"ms, `cascades`": of.loc["cascades", "milliseconds"]}
+        rows.append(row)
+    made = table.attrs
+    return f"{markdown(rows)}\n\nBy `{made['command']}`, on {made['device']}."
+
+
 # --- All files ---
 
 WHAT = {
@@ -358,6 +379,9 @@ WHAT = {
     "accuracy/point": "methods for point lights by lookup; half of the random lights are in view",
     "accuracy/point-1080p": "methods for point lights at 1920 x 1080, maps of 1024²",
     "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
+    "accuracy/pages": "`virtual` and cascades with as many texels; suns by which the camera sees "
+    "an edge of a shadow",
+    "accuracy/pages-fine": "the same with pages of 64² and texels of at most half a pixel",
     "angles/cpu": "the largest aliasing error by the angle between light and view",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
     "departures/llvmpipe": "what each departure of a default from its paper gains",
@@ -499,6 +523,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "errors by angle": errors_by_angle,
     "aligned suns": lambda: aligned("sun"),
     "aligned point lights": lambda: aligned("point"),
+    "virtual beside cascades": lambda: pages("pages"),
+    "virtual beside cascades, finer": lambda: pages("pages-fine"),
     "culling": culling,
     "flicker": flicker,
 }

@@ -22,13 +22,13 @@ pub struct RenderedLayer {
 ///
 /// As m = (w_l / w_i) (cos theta_i / cos theta_l), Stamminger and Drettakis, "Perspective shadow
 /// maps", 2002, and Navrátil's thesis, Eq. 3.2, with the widths across the beams taken as square roots
-/// of their areas. NaN where no surface is seen or no layer is there.
+/// of their areas. NaN where no surface is seen or no layer is there. A pixel's layer is the first that it lies in, unless
+/// it is given by its number.
 pub fn aliasing_error(
     camera: &Camera,
     light: &Light,
-    layers: &[RenderedLayer],
-    positions: &[[f64; 3]],
-    normals: &[[f32; 3]],
+    (layers, layer_of_pixel): (&[RenderedLayer], Option<&[u8]>),
+    (positions, normals): (&[[f64; 3]], &[[f32; 3]]),
 ) -> Vec<f32> {
     let image = Projection::from_camera(camera);
     let image_steps = image.steps();
@@ -36,11 +36,15 @@ pub fn aliasing_error(
     positions
         .par_iter()
         .zip(normals)
-        .map(|(position, normal)| {
+        .enumerate()
+        .map(|(pixel, (position, normal))| {
             let point = DVec3::from(*position);
-            let own = layers.iter().zip(&steps);
-            let mut own = own.filter(|(layer, _)| layer.region.contains(point));
-            let Some((layer, steps)) = own.next().filter(|_| !point.is_nan()) else {
+            let mut own = layers.iter().zip(&steps);
+            let own = match layer_of_pixel {
+                Some(numbers) => own.nth(numbers[pixel].into()),
+                None => own.find(|(layer, _)| layer.region.contains(point)),
+            };
+            let Some((layer, steps)) = own.filter(|_| !point.is_nan()) else {
                 return f32::NAN;
             };
             let map = &layer.projection;

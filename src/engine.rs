@@ -21,8 +21,7 @@ pub enum Engine {
 impl Engine {
     /// By the name of a device, of the environment's where none is given. Without any: a hardware GPU, else the CPU.
     pub fn choose(device: Option<&str>) -> Result<Self> {
-        let variable = std::env::var(VARIABLE).ok();
-        if let Some(name) = device.or(variable.as_deref().filter(|name| !name.is_empty())) {
+        if let Some(name) = device.or(named_by_environment().as_deref()) {
             return Self::named(name);
         }
         match hardware() {
@@ -68,6 +67,12 @@ impl Engine {
     }
 }
 
+/// The device that the environment names.
+pub fn named_by_environment() -> Option<String> {
+    let name = std::env::var(VARIABLE).ok();
+    name.filter(|name| !name.is_empty())
+}
+
 static HARDWARE: OnceLock<std::result::Result<bool, String>> = OnceLock::new();
 
 /// Whether there is a GPU, or what keeps it from use; it is not asked again.
@@ -95,7 +100,7 @@ mod tests {
     #[test]
     fn a_pass_of_both_engines_has_one_label() {
         // What the GPU engine does in no pass of its own.
-        let own = ["light grid"];
+        let own = ["light grid", "page requests"];
         for label in cpu::LABELS {
             let is_shared = gpu::passes::LABELS.contains(label);
             assert_ne!(is_shared, own.contains(label), "{label}");

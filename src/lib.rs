@@ -35,6 +35,7 @@ mod methods;
 mod moments;
 mod neighbourhood;
 mod occlusion;
+mod paging;
 pub mod projection;
 mod python;
 mod reference;

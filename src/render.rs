@@ -1,5 +1,9 @@
 //! Rendering a frame: from scene, camera, light and method to arrays.
 
+mod outputs;
+
+pub use outputs::{Output, Outputs};
+
 use crate::aliasing::{self, RenderedLayer};
 use crate::camera::Camera;
 use crate::cpu;
@@ -21,6 +25,7 @@ use crate::light::Light;
 use crate::lock::lock;
 use crate::methods::Method;
 use crate::occlusion;
+use crate::paging::PagedMaps;
 use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
@@ -30,84 +35,6 @@ use crate::warp::Warp;
 use glam::DVec2;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
-
-/// What a frame may have to show beside the visibility image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Output {
-    TriangleId,
-    ShadowMap,
-    ImportanceMap,
-    WarpMap,
-    LightMatrix,
-    Projections,
-    AliasingError,
-    LargestAliasingError,
-    MaxEffectiveResolution,
-}
-
-const OUTPUTS: &[(&str, Output)] = &[
-    ("triangle_id", Output::TriangleId),
-    ("shadow_map", Output::ShadowMap),
-    ("importance_map", Output::ImportanceMap),
-    ("warp_map", Output::WarpMap),
-    ("light_matrix", Output::LightMatrix),
-    ("projections", Output::Projections),
-    ("aliasing_error", Output::AliasingError),
-    ("largest_aliasing_error", Output::LargestAliasingError),
-    ("max_effective_resolution", Output::MaxEffectiveResolution),
-];
-
-/// A set of them, and how they are made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Outputs {
-    set: u16,
-    /// Whether what cannot change a picture is left out.
-    culls: bool,
-}
-
-impl Outputs {
-    pub fn from_names(names: &[String], culls: bool) -> Result<Self> {
-        let mut outputs = Self { set: 0, culls };
-        for name in names {
-            let Some((_, output)) = OUTPUTS.iter().find(|(known, _)| known == name) else {
-                let known: Vec<_> = OUTPUTS.iter().map(|(known, _)| *known).collect();
-                let known = known.join("', '");
-                return Err(Error::Value(format!(
-                    "outputs must be among '{known}', got '{name}'"
-                )));
-            };
-            outputs.set |= 1 << *output as u8;
-        }
-        Ok(outputs)
-    }
-
-    pub fn has(self, output: Output) -> bool {
-        self.set & (1 << output as u8) != 0
-    }
-
-    fn has_any(self, outputs: &[Output]) -> bool {
-        outputs.iter().any(|&output| self.has(output))
-    }
-
-    /// Whether triangles are read back, to be shown or to find the surfaces that pixels see.
-    fn reads_triangles(self) -> bool {
-        self.has_any(&[
-            Output::TriangleId,
-            Output::AliasingError,
-            Output::LargestAliasingError,
-        ])
-    }
-
-    /// Whether warps are read back, to be shown or to measure the widths of texels.
-    fn reads_warps(self) -> bool {
-        self.has_any(&[
-            Output::WarpMap,
-            Output::AliasingError,
-            Output::LargestAliasingError,
-            Output::MaxEffectiveResolution,
-        ])
-    }
-}
 
 /// A rendered frame.
 #[derive(Default)]
@@ -121,6 +48,8 @@ pub struct Rendered {
     /// (rows, columns, values) of each layer that has one; empty unless asked for.
     pub importance_maps: Vec<(usize, usize, Vec<f32>)>,
     pub layers: Vec<RenderedLayer>,
+    /// Where the layers are levels of maps in pages.
+    pub pages: Option<PagedMaps>,
     /// Each `None` unless asked for.
     pub aliasing_error: Option<Vec<f32>>,
     pub largest_aliasing_error: Option<f64>,
@@ -137,8 +66,14 @@ impl Rendered {
         let asks = |output| outputs.has(output).then_some(());
         if outputs.has_any(&[Output::AliasingError, Output::LargestAliasingError]) {
             let (positions, normals, depths) = surface(scene, camera, &self.triangle_id);
-            self.aliasing_error = asks(Output::AliasingError)
-                .map(|()| aliasing::aliasing_error(camera, light, layers, &positions, &normals));
+            let pages = self.pages.as_ref();
+            let layer_of_pixel = pages.map(|pages| &pages.layer_of_pixel[..]);
+            let surface = (&positions[..], &normals[..]);
+            self.aliasing_error = asks(Output::AliasingError).map(|()| {
+                aliasing::aliasing_error(camera, light, (layers, layer_of_pixel), surface)
+            });
+            // What a map holds where nobody looks at it is not known of pages.
+            let layers = if pages.is_some() { &[] } else { &layers[..] };
             self.largest_aliasing_error = asks(Output::LargestAliasingError)
                 .map(|()| aliasing::largest_aliasing_error(camera, layers, &depths));
         }
@@ -248,7 +183,10 @@ fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Re
         frame.stats.facts.add(unsure::LABEL, facts);
         frame.timings.push((unsure::LABEL, milliseconds));
     }
-    let mut rendered = Rendered::default();
+    let mut rendered = Rendered {
+        pages: recorded.pages,
+        ..Rendered::default()
+    };
     for layer in recorded.layers {
         let Layer { projection, region } = layer.plan.layer;
         if outputs.has(Output::ShadowMap) {

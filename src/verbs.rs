@@ -6,6 +6,7 @@ use crate::fits::receivers::ReceiverQueries;
 use crate::fits::samples::SampledReceivers;
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
+use crate::paging::Paging;
 use crate::warp::{Axis, CountFit};
 
 /// Who searches for the triangles that a ray may meet.
@@ -84,6 +85,15 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
         &mut self,
         map: MapSettings,
         layers: Vec<LayerOf<'a, Self>>,
+    ) -> Result<Self::Recorded>;
+
+    /// The same of maps in pages: each receiver asks for those of the level that matches its pixel, and only these are drawn.
+    /// A map's resolution is that of its finest level.
+    fn paged_shadows(
+        &mut self,
+        map: MapSettings,
+        maps: Vec<Layer>,
+        paging: Paging,
     ) -> Result<Self::Recorded>;
 
     /// Receivers that face the light in all layers, once their bounds were asked for.

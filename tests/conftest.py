@@ -17,6 +17,11 @@ TESTS_SHADERS = os.environ["LIXEL_DEVICE"] != "cpu"
 ENGINES = ("gpu", "cpu") if TESTS_SHADERS else ("cpu",)
 
 
+def is_tested(method: str) -> bool:
+    """Whether the engine of all tests that name none has a form of the method."""
+    return not TESTS_SHADERS or method not in lx.METHODS or lx.METHODS[method].is_on_gpu
+
+
 class View(NamedTuple):
     scene: lx.Scene
     camera: lx.Camera
@@ -51,6 +56,10 @@ def _leave_out_what_differs(request: pytest.FixtureRequest) -> None:
     engine = request.getfixturevalue("engine") if takes_both else os.environ["LIXEL_DEVICE"]
     if marker is not None and engine == "cpu":
         pytest.skip(f"on the CPU engine: {marker.args[0]}")
+    given = request.node.callspec.params if hasattr(request.node, "callspec") else {}
+    lacking = [value for value in given.values() if isinstance(value, str) and not is_tested(value)]
+    if lacking and "cpu" not in (engine, given.get("device")):
+        pytest.skip(f"on the GPU engine: it has no form of {', '.join(lacking)}")
 
 
 @pytest.fixture

@@ -141,8 +141,8 @@ def test_no_circle_of_imports_among_modules() -> None:
 WORLD = {
     "aliasing", "bias", "bvh", "camera", "edge_directions", "edges", "error", "frustum", "geometry",
     "importance", "lanes", "light", "lock", "map_settings", "masks", "moments", "neighbourhood",
-    "occlusion", "projection", "reference", "region", "rounding", "scene", "sides", "stats",
-    "threads", "warp",
+    "occlusion", "paging", "projection", "reference", "region", "rounding", "scene", "sides",
+    "stats", "threads", "warp",
 }  # fmt: skip
 ENGINES = {"gpu", "cpu"}
 TOP = {"engine", "render", "python"}

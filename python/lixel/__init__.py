@@ -78,6 +78,7 @@ from .methods import (
     Trapezoidal,
     Uniform,
     Variance,
+    VirtualShadowMap,
     method_from,
     shadow_method,
 )
@@ -135,6 +136,7 @@ __all__ = [
     "Trapezoidal",
     "Uniform",
     "Variance",
+    "VirtualShadowMap",
     "__version__",
     "clear_cache",
     "compare",

@@ -109,7 +109,8 @@ class Light:
         """Rays to the side of `axis`."""
 
 def methods() -> list[dict[str, Any]]:
-    """The one list: `name`, `title`, `citation` and `parameters` (see `parameters`) of each."""
+    """The one list: `name`, `title`, `citation`, `parameters` (see `parameters`) and `is_on_gpu`,
+    whether the GPU engine has a form of it, of each."""
 
 def parameters(method: str) -> list[dict[str, Any]]:
     """What the parameters of a method are, of a filter such as ``"pcf"`` or of ``"auto"``.
@@ -168,6 +169,12 @@ class Rendered:
     @property
     def max_effective_resolution(self) -> tuple[float, float] | None:
         """(width, height) in texels."""
+    @property
+    def pages(self) -> npt.NDArray[np.int32] | None:
+        """(pages, 6): layer, face, level, column, row, and 1 where the page was kept."""
+    @property
+    def page_levels(self) -> npt.NDArray[np.int32] | None:
+        """(H, W): -1 where a pixel looks into no page."""
     @property
     def timings(self) -> dict[str, float]:
         """Milliseconds of each pass."""

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from . import __version__, completion, image_files
 from ._core import DeviceError
 from .arguments import did_you_mean, needs
-from .frame import render
+from .frame import has_form, render
 from .info import info
 from .lab import (
     accuracy,
@@ -34,6 +34,7 @@ from .lab import (
     filters,
     flicker,
     growth,
+    pages,
     papers,
     peers,
     rankings,
@@ -60,7 +61,7 @@ from .lab.options import (
 )
 from .lab.report import status, waiting
 from .lab.views import scene_and_views
-from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS, Method
+from .methods import MAP_METHODS, OMNIDIRECTIONAL_METHODS, PAGED_METHODS, Method
 from .pictures.display import milliseconds
 
 DESCRIPTION = "Hard shadows with research shadow-map methods, and how wrong each one is."
@@ -309,10 +310,14 @@ def _compare(options: argparse.Namespace) -> None:
     if options.scene.lower().endswith(image_files.VISIBILITY_ENDINGS):
         raise ValueError(f"TRUTH must be an image or a scene to judge {options.scene} by, got none")
     scene, camera, light = view_of(options)
-    maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
+    maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS, **PAGED_METHODS}
+
+    def is_for(method: Method) -> bool:
+        return method.takes(light) and has_form(method)
+
     methods = [
         method_with(name, resolution, options.parameters)
-        for name in options.method or [n for n, method in maps.items() if method().takes(light)]
+        for name in options.method or [n for n, known in maps.items() if is_for(known())]
         for resolution in options.resolution or [None]
     ]
     demo.show(demo.evaluate(scene, camera, light, methods, options.output))
@@ -423,6 +428,7 @@ LAB: Mapping[str, Command] = {
     "departures": Command.of(departures, device="gpu"),
     "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
+    "pages": Command.of(pages, "lixel lab pages scenes -o pages.parquet", device="cpu"),
     "calibration": Command.of(calibration, device="gpu"),
     "side_by_side": Command.of(
         side_by_side, "lixel lab side_by_side colonnade --resolution 256 -o side_by_side.png"
@@ -437,7 +443,7 @@ LAB: Mapping[str, Command] = {
 """Each is the module of its name in `lixel.lab`."""
 
 LAB_GROUPS = {
-    "time and error": ("study", "peers", "growth", "accuracy", "filters", "calibration"),
+    "time and error": ("study", "peers", "growth", "accuracy", "filters", "pages", "calibration"),
     "what the papers say": ("papers", "rankings", "departures", "angles"),
     "hard views": ("stress", "aligned", "flicker", "culling"),
     "pictures": ("side_by_side", "sun_hours"),

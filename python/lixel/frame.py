@@ -32,9 +32,16 @@ Output: TypeAlias = Literal[
     "aliasing_error",
     "largest_aliasing_error",
     "max_effective_resolution",
+    "pages",
+    "page_levels",
 ]
 OUTPUTS: tuple[Output, ...] = get_args(Output)
 """What a frame may have to show beside the visibility image; the rest follows from it."""
+
+
+_PAGE_NUMBERS = ("layer", "face", "level", "column", "row", "is_kept")
+PAGE = np.dtype([(name, np.int32) for name in _PAGE_NUMBERS])
+"""What is known of a page."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +82,7 @@ class Frame(Receivers):
         method has none.
     shadow_map : (layers, h, w) float32
         Depth from the light in [0, 1], 1 where empty. It is whole here; `render_shadows` draws only
-        what receivers look at.
+        what receivers look at. Of `VirtualShadowMap` (pages, h, w): those of its pages.
     light_matrix : (layers, 4, 4) float64
         (column, row, depth, w) in texels of the map, before any warp, from a point in world space.
         Of a paraboloid the point in its axes, relative to the light; of a logarithm (column, s,
@@ -99,6 +106,14 @@ class Frame(Receivers):
     max_effective_resolution : (2,) float
         Rosen's MER, (width, height) in texels: the size of a uniform map with the detail that this
         one has where it has most.
+    pages : (pages,) structured
+        What `VirtualShadowMap` drew, in the order of `shadow_map`; none of another method. Of each
+        page its ``layer`` (that of `light_matrix`), its ``face``, 0 where the light has one
+        map, else the number among the faces that receivers fall in, its ``level``, 0 the finest,
+        its ``column`` and ``row`` among the pages of its level, and whether it ``is_kept``: 1 if it
+        was taken from the frame before.
+    page_levels : (H, W) int32
+        The level that each pixel looks into, -1 where it needs none.
     timings : dict of str to float
         Milliseconds for each pass that ran, on the GPU or on the CPU engine. A pass that was not
         needed has no entry.
@@ -119,6 +134,8 @@ class Frame(Receivers):
     aliasing_error: npt.NDArray[np.float32]
     largest_aliasing_error: float
     max_effective_resolution: tuple[float, float]
+    pages: npt.NDArray[np.void]
+    page_levels: npt.NDArray[np.int32]
     timings: dict[str, float]
     stats: dict[str, Any]
     adapter: dict[str, Any]
@@ -346,6 +363,7 @@ def render(
     on = _on(device, threads)
     [parts] = _parts_of_lights(scene, camera, [light], chosen, on, OUTPUTS)
     outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
+    outputs["pages"] = outputs["pages"].view(PAGE).ravel()
     values = {name: value for name, value in vars(parts).items() if name != "outputs"}
     return Frame(scene=scene, camera=camera, light=light, **values, **outputs)
 
@@ -480,6 +498,11 @@ def _on(device: str | None, threads: SupportsIndex | None) -> tuple[str | None, 
 def _is_on_gpu(device: str | None) -> bool:
     """Whether a GPU renders."""
     return _core.engine(device) == "gpu"
+
+
+def has_form(method: Method) -> bool:
+    """Whether the engine that renders has a form of the method."""
+    return method.is_on_gpu or not _is_on_gpu(None)
 
 
 def chosen_method(

@@ -24,7 +24,7 @@ class Info:
     version : str
     cpu : dict
         The CPU engine: name of the processor, type, backend, driver, lanes (the kind of vector
-        instructions) and threads.
+        instructions), threads, and own_methods, which no other engine has.
     adapters : list of dict
         Name, type, backend, driver, features and limits of each.
     device : dict or None

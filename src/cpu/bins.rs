@@ -9,6 +9,7 @@ use super::view::{Place, Planes, View};
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
+use std::cell::OnceCell;
 use std::ops::Range;
 
 /// Triangles that are sorted in one job.
@@ -38,16 +39,69 @@ pub struct Bin {
 /// For each thread what it found for each tile.
 pub type Bins = Vec<Vec<Bin>>;
 
-/// Sorts the triangles of a scene.
-pub fn bins(view: &View, tiling: Tiling, scene: &Scene, places: &[Place], cover: Cover) -> Bins {
+/// Which tiles of a view are drawn, each with a bin.
+pub trait DrawnTiles: Sync {
+    fn bins(&self) -> usize;
+
+    /// That of a tile, if it is drawn.
+    fn bin(&self, tile: usize) -> Option<usize>;
+
+    /// Gives the bins of tiles between first and last column and row, of those squares that are touched: each is told by
+    /// its first pixel and its side.
+    fn each_in(
+        &self,
+        sides: [usize; 4],
+        touches: &impl Fn(DVec2, f64) -> bool,
+        found: impl FnMut(usize),
+    );
+}
+
+/// All of them.
+impl DrawnTiles for Tiling {
+    fn bins(&self) -> usize {
+        self.tiles()
+    }
+
+    #[inline(always)]
+    fn bin(&self, tile: usize) -> Option<usize> {
+        Some(tile)
+    }
+
+    #[inline(always)]
+    fn each_in(
+        &self,
+        [x0, x1, y0, y1]: [usize; 4],
+        touches: &impl Fn(DVec2, f64) -> bool,
+        mut found: impl FnMut(usize),
+    ) {
+        for row in y0..y1 + 1 {
+            for column in x0..x1 + 1 {
+                let corner = DVec2::new((column * TILE) as f64, (row * TILE) as f64);
+                if touches(corner, TILE as f64) {
+                    found(row * self.columns + column);
+                }
+            }
+        }
+    }
+}
+
+/// Sorts the triangles of a scene into the tiles that are drawn.
+pub fn bins<T: DrawnTiles>(
+    view: &View,
+    (tiling, drawn): (Tiling, &T),
+    scene: &Scene,
+    places: &[Place],
+    cover: Cover,
+) -> Bins {
     let sorter = Sorter {
         view,
         tiling,
+        drawn,
         scene,
         places,
         cover,
     };
-    let of_thread = || (0..tiling.tiles()).map(|_| Bin::default()).collect();
+    let of_thread = || (0..drawn.bins()).map(|_| Bin::default()).collect();
     let mut bins: Bins = (0..rayon::current_num_threads())
         .map(|_| of_thread())
         .collect();
@@ -104,15 +158,16 @@ pub fn ids_at(list: &[u32], places: [usize; LANES]) -> [u32; LANES] {
     ids
 }
 
-struct Sorter<'a> {
+struct Sorter<'a, T> {
     view: &'a View,
     tiling: Tiling,
+    drawn: &'a T,
     scene: &'a Scene,
     places: &'a [Place],
     cover: Cover,
 }
 
-impl Sorter<'_> {
+impl<T: DrawnTiles> Sorter<'_, T> {
     #[inline(always)]
     fn sort<S: Simd>(&self, simd: S, range: Range<usize>, bins: &mut [Bin]) {
         let Self { view, tiling, .. } = self;
@@ -164,7 +219,9 @@ impl Sorter<'_> {
             let first = y0.mul_add(splat(simd, tiling.columns as f32), x0);
             let first = indices(simd, first);
             for lane in bits(seen & is_in_one) {
-                bins[first[lane] as usize].near.push(ids[lane]);
+                if let Some(bin) = self.drawn.bin(first[lane] as usize) {
+                    bins[bin].near.push(ids[lane]);
+                }
             }
             let ranges = [x0, x1, y0, y1];
             for lane in bits(seen & !is_in_one) {
@@ -192,23 +249,16 @@ impl Sorter<'_> {
 
     /// Gives each tile of a box that a triangle may touch.
     #[inline(never)]
-    fn touched(&self, id: u32, [x0, x1, y0, y1]: [usize; 4], mut found: impl FnMut(usize)) {
+    fn touched(&self, id: u32, sides: [usize; 4], found: impl FnMut(usize)) {
+        let [x0, x1, y0, y1] = sides;
         let has_many = (x1 - x0 + 1) * (y1 - y0 + 1) >= MANY_TILES;
-        let planes = match has_many {
-            true => match Planes::new(self.view, self.scene, id, DVec2::ZERO) {
-                Some(planes) => Some(planes),
-                // Seen edge-on.
-                None => return,
-            },
-            false => None,
+        let planes = OnceCell::new();
+        let touches = |corner: DVec2, side: f64| {
+            let planes =
+                || planes.get_or_init(|| Planes::new(self.view, self.scene, id, DVec2::ZERO));
+            // Seen edge-on it touches none.
+            !has_many || planes().is_some_and(|planes| planes.may_touch(corner, side))
         };
-        for row in y0..y1 + 1 {
-            for column in x0..x1 + 1 {
-                let corner = DVec2::new((column * TILE) as f64, (row * TILE) as f64);
-                if planes.is_none_or(|planes| planes.may_touch(corner, TILE as f64)) {
-                    found(row * self.tiling.columns + column);
-                }
-            }
-        }
+        self.drawn.each_in(sides, &touches, found);
     }
 }

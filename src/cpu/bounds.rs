@@ -75,8 +75,8 @@ fn a_triangle_is_in_every_tile_that_it_covers_a_part_of() {
         let view = View::of_camera(&camera(&mut random, (300, 200), (1e-3, f64::INFINITY)));
         let tiling = Tiling::new(view.width, view.height);
         let places = view.places(&scene);
-        let [middles, whole] =
-            [Cover::Middles, Cover::Whole].map(|cover| bins(&view, tiling, &scene, &places, cover));
+        let [middles, whole] = [Cover::Middles, Cover::Whole]
+            .map(|cover| bins(&view, (tiling, &tiling), &scene, &places, cover));
         for _ in 0..2000 {
             let size = DVec2::new(view.width as f64, view.height as f64);
             let place = DVec2::new(random.share(), random.share()) * size;

@@ -4,6 +4,7 @@ use super::filtered_texels::FilteredTexels;
 use super::importance_map::Words;
 use super::light_grids::Grids;
 use super::map::Map;
+use super::pages::kept::KeptPages;
 use super::rasterize::{Image, rasterize};
 use super::receivers::Receivers;
 use super::tiles::{TILE, TILE_PIXELS, Tiling};
@@ -16,6 +17,7 @@ use crate::edges::Edges;
 use crate::error::{Error, Result, ensure_value};
 use crate::light::Light;
 use crate::lock::Kept;
+use crate::paging::PagedMaps;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::stats::{Fact, Stats};
@@ -31,6 +33,7 @@ pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
 pub const SHADOW_RAYS_LABEL: &str = "shadow rays";
 pub const RECEIVERS_LABEL: &str = "receivers";
 pub const OUTLINE_LABEL: &str = "outline";
+pub const PAGE_REQUESTS_LABEL: &str = "page requests";
 pub const SAMPLES_LABEL: &str = "samples";
 pub const BOUNDARY_LABEL: &str = "boundary";
 pub const SHADOW_MAP_LABEL: &str = "shadow map";
@@ -53,6 +56,7 @@ pub const LABELS: &[&str] = &[
     SHADOW_RAYS_LABEL,
     RECEIVERS_LABEL,
     OUTLINE_LABEL,
+    PAGE_REQUESTS_LABEL,
     SAMPLES_LABEL,
     BOUNDARY_LABEL,
     SHADOW_MAP_LABEL,
@@ -81,6 +85,8 @@ pub struct KeptParts {
     edges: Kept<OfVertices<Edges>>,
     /// Those of the last light.
     pub(super) grids: Kept<Grids>,
+    /// Those of the last maps that held still.
+    pub(super) pages: Kept<KeptPages>,
 }
 
 /// What the last camera sees.
@@ -159,12 +165,14 @@ pub struct Frame<'a> {
 pub struct Recorded {
     pub visibility: Vec<f32>,
     pub layers: Vec<DrawnLayer>,
+    /// Where the layers are levels of maps in pages.
+    pub pages: Option<PagedMaps>,
 }
 
 /// A layer that has texels.
 pub struct DrawnLayer {
     pub plan: PlannedLayer,
-    pub map: Map,
+    pub map: Arc<Map>,
     pub moments: Option<FilteredTexels>,
 }
 
@@ -254,6 +262,13 @@ pub(super) fn check_map(projection: &Projection) -> Result<()> {
 /// The same where its texels take so many bytes more.
 pub(super) fn check_map_of(projection: &Projection, bytes: usize) -> Result<()> {
     check_size_of("resolution", [projection.width, projection.height], bytes)
+}
+
+/// The same of so many pages.
+pub(super) fn check_pages(count: usize, page_size: u32) -> Result<()> {
+    // As many texels as a map that is a page wide.
+    let height = u32::try_from(count * page_size as usize).unwrap_or(u32::MAX);
+    check_size("the size of all pages", [page_size, height])
 }
 
 fn check_size(name: &str, size: [u32; 2]) -> Result<()> {

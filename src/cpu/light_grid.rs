@@ -145,7 +145,7 @@ impl LightGrid {
     pub fn new(view: View, scene: &Scene) -> Self {
         let tiling = Tiling::new(view.width, view.height);
         let places = view.places(scene);
-        let bins = bins(&view, tiling, scene, &places, Cover::Whole);
+        let bins = bins(&view, (tiling, &tiling), scene, &places, Cover::Whole);
         let listing = Listing {
             view: &view,
             scene,

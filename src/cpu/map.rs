@@ -1,9 +1,10 @@
 //! Shadow maps: which triangle each texel's ray meets first, and how deep.
 
-use super::bins::{Bins, Cover};
+use super::bins::{Bin, Bins, Cover};
 use super::known::Known;
 use super::lanes::{LANES, Simd, columns64, dispatch, each_row, f64x8, level, numbers};
 use super::linear_map::drawn_linear;
+use super::pages::table::PageTable;
 use super::rasterize::{Image, NONE, Painter};
 use super::rays::RayTable;
 use super::receivers::{narrow, splat64};
@@ -19,14 +20,17 @@ use crate::scene::Scene;
 use crate::sides::Source;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A layer's texels.
 pub struct Map {
     /// What the light sees: one view, or the faces of a cube.
-    pub views: Vec<MapView>,
+    pub views: Arc<[MapView]>,
     pub image: Image,
     /// In the projection's unit, in tiles as the image is.
     pub depths: Vec<f32>,
+    /// Where the tiles are those of some pages, page after page.
+    pub pages: Option<PageTable>,
 }
 
 /// A view, and where it sees the scene's vertices.
@@ -54,6 +58,7 @@ impl Map {
             views,
             image,
             depths,
+            pages: None,
         }
     }
 
@@ -70,11 +75,12 @@ impl Map {
             views: views_of(projection, table.as_ref(), scene, light),
             image,
             depths,
+            pages: None,
         })
     }
 
-    /// Stored depths row by row, 1 where nothing is seen that may shadow a receiver. What is nearer than the nearest depth
-    /// is drawn at it.
+    /// Stored depths row by row, page by page, 1 where nothing is seen that may shadow a receiver. What is nearer than the
+    /// nearest depth is drawn at it.
     pub fn stored_depths(&self, projection: &Projection) -> Vec<f32> {
         let (offset, scale) = projection.depth_from_z();
         let unit = projection.unit();
@@ -85,7 +91,9 @@ impl Map {
                 false => 1.0,
             }
         };
-        let depths = self.image.tiling.row_by_row(&self.depths).into_iter();
+        let tiling = self.image.tiling;
+        let images = self.depths.chunks(tiling.tiles() * TILE_PIXELS);
+        let depths = images.flat_map(|image| tiling.row_by_row(image));
         depths.map(stored).collect()
     }
 }
@@ -95,20 +103,26 @@ fn views_of(
     table: Option<&RayTable>,
     scene: &Scene,
     light: Source,
-) -> Vec<MapView> {
+) -> Arc<[MapView]> {
     let faces = table.and_then(|table| table.faces.clone());
     let straightened = projection.kind.straightened(projection);
     let seen_by = straightened.as_ref().unwrap_or(projection);
     let views = faces.unwrap_or_else(|| vec![view_of(seen_by, light)]);
-    let seen = |view: View| MapView {
-        places: view.places(scene),
-        view,
-    };
-    views.into_iter().map(seen).collect()
+    let seen = views.into_iter().map(|view| MapView::new(view, scene));
+    seen.collect()
+}
+
+impl MapView {
+    pub fn new(view: View, scene: &Scene) -> Self {
+        Self {
+            places: view.places(scene),
+            view,
+        }
+    }
 }
 
 /// What a light matrix sees.
-fn view_of(projection: &Projection, light: Source) -> View {
+pub fn view_of(projection: &Projection, light: Source) -> View {
     let is_central = projection.kind.is_central();
     View {
         origin: projection.origin,
@@ -133,17 +147,13 @@ fn view_of(projection: &Projection, light: Source) -> View {
 fn drawn(MapView { view, places }: &MapView, scene: &Scene, depths: &Depths) -> Texels {
     let (painter, bins) = Painter::new(view, scene, places, Cover::Middles);
     let tiling = painter.tiling;
-    let draw = |tile: usize, ids: &mut [u32], texels: &mut [f32; TILE_PIXELS]| {
-        let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-        dispatch!(level(), simd => {
-            painter.draw_tile(simd, bins, tile, ids, texels);
-            depths.store(simd, &painter, Rays::Middles(tiling.corner(tile)), (ids, texels));
-        });
-    };
     drawn_by(
         tiling,
         || (),
-        |(), tile, ids, texels| draw(tile, ids, texels),
+        |(), tile, ids, texels| {
+            let bins = bins.iter().map(|of_thread| &of_thread[tile]);
+            depths.draw_tile(&painter, bins, tile, (ids, texels));
+        },
     )
 }
 
@@ -210,7 +220,7 @@ impl Rays<'_> {
 
 /// From the triangle that a texel's ray meets to how deep. It is found anew, in float64: how near the rasterizer holds
 /// a triangle to be depends on the order in which it came upon others.
-struct Depths {
+pub struct Depths {
     kind: DepthKind,
     unit: f64,
     /// That of the farthest receiver.
@@ -231,7 +241,7 @@ enum DepthKind {
 type KnownNearness = Known<[f64; 4], 64>;
 
 impl Depths {
-    fn new(projection: &Projection) -> Self {
+    pub fn new(projection: &Projection) -> Self {
         let kind = match projection.kind.matrices() {
             None => DepthKind::Distance(f64::from(projection.width)),
             Some(_) if projection.kind.is_central() => DepthKind::Central,
@@ -247,6 +257,21 @@ impl Depths {
         let unit = projection.unit();
         let far = (projection.far * unit) as f32;
         Self { kind, unit, far }
+    }
+
+    /// Draws a tile of a light matrix.
+    pub fn draw_tile<'a>(
+        &self,
+        painter: &Painter,
+        bins: impl Iterator<Item = &'a Bin>,
+        tile: usize,
+        (ids, texels): (&mut [u32], &mut [f32; TILE_PIXELS]),
+    ) {
+        let rays = Rays::Middles(painter.tiling.corner(tile));
+        dispatch!(level(), simd => {
+            painter.draw_tile(simd, bins, tile, ids, texels);
+            self.store(simd, painter, rays, (ids, texels));
+        });
     }
 
     /// Puts depths in place of how near the texels of a tile are. Behind every receiver nothing is seen that may shadow one.

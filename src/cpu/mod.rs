@@ -24,6 +24,7 @@ mod light_space;
 mod linear_map;
 mod lookup;
 mod map;
+mod pages;
 pub mod points;
 mod processor;
 mod queries;

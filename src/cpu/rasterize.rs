@@ -153,7 +153,7 @@ impl<'p> Painter<'p> {
             scene,
             places,
         };
-        (painter, bins(view, tiling, scene, places, cover))
+        (painter, bins(view, (tiling, &tiling), scene, places, cover))
     }
 
     #[inline(always)]

@@ -14,6 +14,8 @@ use std::sync::Arc;
 
 #[cfg(test)]
 mod importance;
+#[cfg(test)]
+mod pages;
 
 fn signed(random: &mut Random) -> f64 {
     2.0 * random.share() - 1.0

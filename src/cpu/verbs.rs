@@ -31,12 +31,14 @@ use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::{MapSettings, Rasterization};
 use crate::moments::FilteredMap;
+use crate::paging::Paging;
 use crate::projection::Projection;
 use crate::sides::Source;
 use crate::stats::ReceiverCounts;
 use crate::verbs::{FitQueries, Traversal, Verbs};
 use crate::warp::{Axis, CountFit};
 use glam::DVec2;
+use std::sync::Arc;
 use std::time::Instant;
 
 impl<'a> ReceiverQueries<'a> for Frame<'a> {
@@ -169,6 +171,7 @@ impl Frame<'_> {
                 None => None,
                 Some(filter) => Some(self.filtered(&plan, &map, filter)?),
             };
+            let map = Arc::new(map);
             layers.push(DrawnLayer { plan, map, moments });
         }
         let visibility = self.timed(LOOKUP_LABEL, |frame| {
@@ -176,14 +179,18 @@ impl Frame<'_> {
             let looked = layers.iter();
             let looked: Vec<_> = looked
                 .map(|DrawnLayer { plan, map, moments }| {
-                    let map = (map, plan.warp.as_ref());
+                    let map = (&**map, plan.warp.as_ref());
                     LookedUp::new(&receivers, &plan.layer, map, moments.as_ref(), settings)
                 })
                 .collect();
             lookup(&receivers, &looked)
         });
         self.stats.layers = layers.len();
-        Ok(Recorded { visibility, layers })
+        Ok(Recorded {
+            visibility,
+            layers,
+            pages: None,
+        })
     }
 }
 
@@ -192,6 +199,7 @@ impl Recorded {
         Self {
             visibility,
             layers: vec![],
+            pages: None,
         }
     }
 }
@@ -211,6 +219,18 @@ impl<'a> Verbs<'a> for Frame<'a> {
             return Ok(Recorded::without_layers(visibility.collect()));
         }
         self.answer(self.camera, &seen.image, map, layers)
+    }
+
+    fn paged_shadows(
+        &mut self,
+        settings: MapSettings,
+        maps: Vec<Layer>,
+        paging: Paging,
+    ) -> Result<Recorded> {
+        match maps.is_empty() {
+            true => self.shadows(settings, vec![]),
+            false => self.answer_in_pages(settings, &maps, paging),
+        }
     }
 
     fn facing_count(&self) -> u32 {

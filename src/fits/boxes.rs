@@ -82,16 +82,20 @@ pub fn fit_straight_boxes(
     receivers: &mut dyn ReceiverQueries<'_>,
     resolution: u32,
 ) -> Result<Vec<Layer>> {
-    let setting = receivers.setting();
+    let layers = straight_layers(receivers.setting());
+    cut_layers(receivers, layers, Cut::Receivers, resolution)
+}
+
+/// The light's own layers, given by their axes, where all of them have straight edges, else faces of a cube.
+pub fn straight_layers(setting: Setting) -> Vec<Layer> {
     let own = layers_of_light(setting);
     let are_straight = own
         .iter()
         .all(|layer| layer.projection.kind.has_straight_edges());
-    let layers = match setting.near_position() {
+    match setting.near_position() {
         Some(position) if !are_straight => cube_faces(position, setting.scene.bounds()),
         _ => own,
-    };
-    cut_layers(receivers, layers, Cut::Receivers, resolution)
+    }
 }
 
 /// The light's own layers, given by their axes: one for parallel rays, a light far away or a cone, faces of a

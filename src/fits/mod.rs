@@ -16,6 +16,7 @@ pub mod lispsm;
 pub mod log_perspective;
 pub mod matrix_layers;
 pub mod optimizer;
+pub mod pages;
 pub mod parallel;
 pub mod plane_optimal;
 pub mod psm;

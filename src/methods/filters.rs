@@ -1,8 +1,8 @@
 //! Parameters of filters, which are values of `lookup`, each declared once.
 
 use super::schema::{
-    Choices, FRACTION, NON_NEGATIVE, Parameter, ParameterGroup, Parameters, Rule, Schema, Value,
-    count, flag, number, number_or_none, parameters, word,
+    Choices, FRACTION, Least, NON_NEGATIVE, Parameter, ParameterGroup, Parameters, Rule, Schema,
+    Value, count, flag, number, number_or_none, parameters, word,
 };
 use crate::map_settings::Filter;
 use crate::moments::{FilteredMap, Kernel, MAX_EXPONENT, Moments};
@@ -33,13 +33,13 @@ const KERNELS: Choices<Kernel> = &[("gaussian", Kernel::Gaussian), ("box", Kerne
 const BLUR: Rule = up_to(256.0);
 
 const EXPONENT: Rule = Rule::Number {
-    is_above_zero: true,
+    least: Least::AboveZero,
     max: MAX_EXPONENT,
 };
 
 const fn up_to(max: f64) -> Rule {
     Rule::Number {
-        is_above_zero: false,
+        least: Least::Zero,
         max,
     }
 }

@@ -30,7 +30,7 @@ impl ShadowMethod for GivenWarp {
         let most = max_bands(resolution, resolution) as usize;
         let count = self.functions.as_ref().map_or(0, |given| given.functions);
         ensure_value!(
-            self.map.rasterization != Rasterization::Exact || count <= most,
+            self.map.texels.rasterization != Rasterization::Exact || count <= most,
             "functions must be at most {most} along each axis with a map of {resolution} texels, got {count}"
         );
         self.maps.check()

@@ -31,6 +31,9 @@ pub trait ShadowMethod: ParameterGroup {
     /// Whether it is nothing without arrays that somebody gives, so that no name calls it.
     const IS_GIVEN: bool = false;
 
+    /// Whether the GPU engine has a form of it.
+    const IS_ON_GPU: bool = true;
+
     /// Records the method's passes.
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded>;
 }
@@ -68,4 +71,6 @@ pub struct Description {
     pub knows_masks: bool,
     /// Whether it is nothing without arrays that somebody gives.
     pub is_given: bool,
+    /// Whether the GPU engine has a form of it.
+    pub is_on_gpu: bool,
 }

@@ -32,6 +32,7 @@ mod shadow_volumes;
 mod spot;
 mod trapezoidal;
 mod uniform;
+mod virtual_shadow_map;
 mod warps;
 
 use crate::error::{Error, Result};
@@ -62,6 +63,7 @@ macro_rules! methods {
                     schema: <$type>::SCHEMA,
                     knows_masks: <$type>::KNOWS_MASKS,
                     is_given: <$type>::IS_GIVEN,
+                    is_on_gpu: <$type>::IS_ON_GPU,
                 },)+]
             }
 
@@ -120,6 +122,7 @@ methods! {
     Cube = cube::Cube,
     DualParaboloid = dual_paraboloid::DualParaboloid,
     Spot = spot::Spot,
+    VirtualShadowMap = virtual_shadow_map::VirtualShadowMap,
     RayTraced = ray_traced::RayTraced,
     Exact = exact::Exact,
     ShadowVolumes = shadow_volumes::ShadowVolumes,

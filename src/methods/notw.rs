@@ -61,7 +61,7 @@ impl ShadowMethod for NonOrthogonalWarp {
         let resolution = self.map.resolution;
         let most = max_bands(resolution, resolution);
         ensure_value!(
-            self.map.rasterization != Rasterization::Exact || functions <= most,
+            self.map.texels.rasterization != Rasterization::Exact || functions <= most,
             "function_count must be at most {most} with a map of {resolution} texels, got {functions}"
         );
         self.given.maps.check()
@@ -111,7 +111,7 @@ impl NonOrthogonalWarp {
     /// Functions along each axis.
     fn functions(&self) -> u32 {
         let cells = self.cells();
-        let most = match self.map.rasterization {
+        let most = match self.map.texels.rasterization {
             Rasterization::Exact => FUNCTION_COUNT,
             // Straight edges come near the warp's only where neighbouring functions are alike.
             Rasterization::Linear { .. } => cells,

@@ -54,6 +54,13 @@ parameters! {
     pub struct MapParameters {
         /// Texels along each side.
         pub resolution: u32 = count(Some(1024), MAX_RESOLUTION, "texels"),
+        pub texels: TexelParameters,
+    }
+}
+
+parameters! {
+    /// How texels are made and looked at.
+    pub struct TexelParameters {
         pub rasterization: Rasterization = choice(RASTERIZATIONS, "exact"),
         /// The longest edge of straight rasterization.
         pub tessellation: Option<f64> = number(None, POSITIVE_FRACTION, "sides of the map"),
@@ -79,6 +86,12 @@ impl Typed for Comparison {
 }
 
 impl MapParameters {
+    pub fn settings(&self) -> MapSettings {
+        self.texels.settings()
+    }
+}
+
+impl TexelParameters {
     pub fn settings(&self) -> MapSettings {
         MapSettings {
             rasterization: match self.rasterization {

@@ -35,9 +35,9 @@ pub enum Rule {
     Count {
         max: u32,
     },
-    /// A finite number from 0, or above it, to `max`.
+    /// A finite number from the least one to `max`.
     Number {
-        is_above_zero: bool,
+        least: Least,
         max: f64,
     },
     /// One of a few words.
@@ -60,6 +60,14 @@ pub enum Rule {
     Functions,
 }
 
+/// Where the values of a number begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Least {
+    Zero,
+    AboveZero,
+    Any,
+}
+
 /// Words, each with what it stands for.
 pub type Choices<T> = &'static [(&'static str, T)];
 
@@ -75,19 +83,19 @@ impl<T: Sync> Words for Choices<T> {
 }
 
 pub const NON_NEGATIVE: Rule = Rule::Number {
-    is_above_zero: false,
+    least: Least::Zero,
     max: f64::INFINITY,
 };
 pub const POSITIVE: Rule = Rule::Number {
-    is_above_zero: true,
+    least: Least::AboveZero,
     max: f64::INFINITY,
 };
 pub const FRACTION: Rule = Rule::Number {
-    is_above_zero: false,
+    least: Least::Zero,
     max: 1.0,
 };
 pub const POSITIVE_FRACTION: Rule = Rule::Number {
-    is_above_zero: true,
+    least: Least::AboveZero,
     max: 1.0,
 };
 
@@ -234,8 +242,12 @@ impl Parameter {
                 Ok(Value::Int(count))
             }
             (Rule::Number { .. }, Value::Int(number)) => self.check(Value::Float(number as f64)),
-            (Rule::Number { is_above_zero, max }, Value::Float(number)) => {
-                let is_large_enough = number > 0.0 || (number == 0.0 && !is_above_zero);
+            (Rule::Number { least, max }, Value::Float(number)) => {
+                let is_large_enough = match least {
+                    Least::Zero => number >= 0.0,
+                    Least::AboveZero => number > 0.0,
+                    Least::Any => true,
+                };
                 Fault::unless(number.is_finite() && is_large_enough && number <= max)?;
                 Ok(Value::Float(number))
             }
@@ -308,11 +320,13 @@ impl fmt::Display for Parameter {
         match self.rule {
             Rule::Flag => write!(f, "True or False"),
             Rule::Count { max } => write!(f, "a whole number of {} from 1 to {max}", self.unit),
-            Rule::Number { is_above_zero, max } => match (is_above_zero, max.is_finite()) {
-                (false, false) => write!(f, "a finite number, at least 0"),
-                (true, false) => write!(f, "a finite number above 0"),
-                (false, true) => write!(f, "a number from 0 to {max}"),
-                (true, true) => write!(f, "a number above 0 and at most {max}"),
+            Rule::Number { least, max } => match (least, max.is_finite()) {
+                (Least::Zero, false) => write!(f, "a finite number, at least 0"),
+                (Least::AboveZero, false) => write!(f, "a finite number above 0"),
+                (Least::Any, false) => write!(f, "a finite number"),
+                (Least::Zero, true) => write!(f, "a number from 0 to {max}"),
+                (Least::AboveZero, true) => write!(f, "a number above 0 and at most {max}"),
+                (Least::Any, true) => write!(f, "a number of at most {max}"),
             },
             Rule::Choice(known) => write!(f, "one of {}", one_of(&known.words())),
             Rule::Lookup(known) => write!(

@@ -1,12 +1,13 @@
 //! Frames: from a scene, a camera, lights and a method to arrays.
 
-use super::parameters::method_from_python;
+use super::parameters::{method_from_python, method_is_on_gpu};
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
-use crate::engine::Engine;
+use crate::engine::{Engine, named_by_environment};
 use crate::error::Error;
 use crate::light::Light;
+use crate::paging::PagedMaps;
 use crate::render::{
     MAX_TOGETHER, Output, Outputs, Rendered as RenderedFrame, render as render_frames,
 };
@@ -30,6 +31,8 @@ pub struct Rendered {
     aliasing_error: Option<Py<PyArray2<f32>>>,
     largest_aliasing_error: Option<f64>,
     max_effective_resolution: Option<(f64, f64)>,
+    pages: Option<Py<PyArray2<i32>>>,
+    page_levels: Option<Py<PyArray2<i32>>>,
     timings: Py<PyDict>,
     stats: Py<PyDict>,
     adapter: Py<PyDict>,
@@ -51,7 +54,12 @@ pub fn render<'py>(
     let py = parameters.py();
     let (device, threads) = on;
     let (method, ignores_masks) = method_from_python(name, parameters)?;
-    let engine = engine_of(py, device.as_ref())?;
+    let is_named = device.is_some() || named_by_environment().is_some();
+    let engine = match engine_of(py, device.as_ref())? {
+        // Where nobody asks for the GPU, the engine that can do the method is the best there is.
+        Engine::Gpu(_) if !is_named && !method_is_on_gpu(name)? => Engine::Cpu,
+        engine => engine,
+    };
     refuse_masks(&scene.read(), ignores_masks)?;
     let is_on_cpu = matches!(engine, Engine::Cpu);
     let outputs = Outputs::from_names(&outputs, culling)?;
@@ -105,7 +113,19 @@ fn to_python(
         let map = &layer.projection;
         (map.height as usize, map.width as usize)
     });
-    let size = (layers.len(), height, width);
+    let size = match &frame.pages {
+        Some(PagedMaps {
+            page_size, pages, ..
+        }) => (pages.len(), *page_size as usize, *page_size as usize),
+        None => (layers.len(), height, width),
+    };
+    let paged = frame.pages.as_ref();
+    let pages = asks(Output::Pages).map(|()| {
+        let (count, values) = page_rows(paged);
+        array(py, (count, PAGE_COLUMNS), values)
+    });
+    let page_levels =
+        asks(Output::PageLevels).map(|()| array(py, shape, levels_of_pixels(paged, shape)));
     let light_matrix = asks(Output::LightMatrix).map(|()| {
         let matrices = layers.iter().flat_map(|layer| {
             let texel_from_world = layer.projection.texel_from_world();
@@ -139,10 +159,49 @@ fn to_python(
         aliasing_error: frame.aliasing_error.map(|error| array(py, shape, error)),
         largest_aliasing_error: frame.largest_aliasing_error,
         max_effective_resolution: frame.max_effective_resolution.map(|size| (size.x, size.y)),
+        pages,
+        page_levels,
         timings: frame.timings.into_py_dict(py)?.unbind(),
         stats: stats_to_python(py, &frame.stats)?.unbind(),
         adapter: adapter_to_python(py, &frame.adapter)?.unbind(),
     })
+}
+
+/// Of a page: its layer, its map, its level, its column and row, and 1 if it was kept.
+const PAGE_COLUMNS: usize = 6;
+
+/// How many pages, and what there is to know of each.
+fn page_rows(paged: Option<&PagedMaps>) -> (usize, Vec<i32>) {
+    let Some(PagedMaps { pages, layers, .. }) = paged else {
+        return (0, vec![]);
+    };
+    let rows = pages.iter().flat_map(|page| {
+        let [map, level] = layers[page.layer];
+        let [x, y] = page.place.map(|place| place as i32);
+        let numbers = [page.layer, map, level].map(|number| number as i32);
+        [
+            numbers[0],
+            numbers[1],
+            numbers[2],
+            x,
+            y,
+            page.is_kept.into(),
+        ]
+    });
+    (pages.len(), rows.collect())
+}
+
+/// Of each pixel the level that it looks into, -1 where there is none.
+fn levels_of_pixels(paged: Option<&PagedMaps>, (height, width): (usize, usize)) -> Vec<i32> {
+    let Some(paged) = paged else {
+        return vec![-1; height * width];
+    };
+    let numbers = paged.layer_of_pixel.iter();
+    let level = |&number: &u8| {
+        let layer = paged.layers.get(usize::from(number));
+        layer.map_or(-1, |[_, level]| *level as i32)
+    };
+    numbers.map(level).collect()
 }
 
 /// What else than its matrix takes a point to its place in a layer's map.

@@ -35,6 +35,7 @@ pub fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
         let texts = [("name", name), ("title", title), ("citation", citation)];
         let description = texts.into_py_dict(py)?;
         description.set_item("parameters", parameters(py, name)?)?;
+        description.set_item("is_on_gpu", method.is_on_gpu)?;
         Ok(description)
     };
     Method::list().iter().map(describe).collect()
@@ -99,6 +100,11 @@ pub fn check_parameters<'py>(
         result.set_item(&name, to_python(py, checked.value(&name), &given)?)?;
     }
     Ok(result)
+}
+
+/// Whether the GPU engine has a form of a method.
+pub fn method_is_on_gpu(name: &str) -> PyResult<bool> {
+    Ok(Method::description(name)?.is_on_gpu)
 }
 
 /// A method, and what of it takes masked triangles for solid ones.

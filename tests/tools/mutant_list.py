@@ -190,8 +190,8 @@ MUTANTS = (
     ),
     Mutant(
         "choice of engine", "the environment counts for more than the caller", ENGINE,
-        "if let Some(name) = device.or(variable.as_deref().filter(|name| !name.is_empty())) {",
-        "if let Some(name) = variable.as_deref().filter(|name| !name.is_empty()).or(device) {",
+        "if let Some(name) = device.or(named_by_environment().as_deref()) {",
+        "if let Some(name) = named_by_environment().as_deref().or(device) {",
         CHOICE,
     ),
     Mutant(
@@ -334,8 +334,8 @@ MUTANTS = (
     ),
     Mutant(
         "rules", "what is above zero may be zero", SCHEMA,
-        "(number == 0.0 && !is_above_zero)",
-        "number == 0.0", RULES,
+        "Least::AboveZero => number > 0.0,",
+        "Least::AboveZero => number >= 0.0,", RULES,
     ),
     Mutant(
         "bias", "a constant one is none by default", BIASES,

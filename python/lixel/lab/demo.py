@@ -10,7 +10,7 @@ from typing import Any
 from .. import image_files, scenes
 from ..camera import Camera
 from ..compare import compare
-from ..frame import FrameParts, frame_parts, render
+from ..frame import FrameParts, frame_parts, has_form, render
 from ..light import Light, PointLight
 from ..methods import METHODS, Method, method_from
 from ..pictures import display
@@ -49,7 +49,8 @@ def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     low, high = scene.bounds
     point_light = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
     status(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
-    methods = [method() for method in METHODS.values() if method().takes(light)]
+    every = [method() for method in METHODS.values()]
+    methods = [method for method in every if method.takes(light) and has_form(method)]
     around = [method_from(name) for name in AROUND_A_POINT_LIGHT]
     tables = {
         "directional": evaluate(scene, camera, light, methods, folder / "directional", 3),

@@ -17,8 +17,9 @@ import numpy.typing as npt
 from .. import scenes
 from ..arguments import did_you_mean
 from ..camera import Camera
+from ..frame import has_form
 from ..light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
-from ..methods import MAP_METHODS, METHODS, OMNIDIRECTIONAL_METHODS, Method, method_from
+from ..methods import METHODS, Method, method_from
 from ..scene import Scene, joined
 from ..scenes import Mesh, Point, created, floor, moved
 from .views import View
@@ -566,9 +567,7 @@ FAMILIES: dict[str, Callable[[str], Iterator[Case]]] = {
 
 # --- What renders them ---
 
-WITHOUT_MAP = tuple(
-    name for name in METHODS if name not in {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS}
-)
+WITHOUT_MAP = tuple(name for name, method in METHODS.items() if method().map_resolution is None)
 """Methods that have no texels."""
 
 
@@ -587,4 +586,4 @@ def methods_for(case: Case, names: Iterable[str] | None = None) -> list[Method]:
         method if method.name in WITHOUT_MAP else dataclasses.replace(method, resolution=RESOLUTION)
         for method in chosen
     ]
-    return [method for method in sized if method.takes(light)]
+    return [method for method in sized if method.takes(light) and has_form(method)]

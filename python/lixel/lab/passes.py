@@ -13,7 +13,7 @@ SHADOW_RAYS = "shadow rays"
 FIT_LIGHT_MATRIX = "fit light matrix (CPU)"
 FLOAT64 = "float64 (CPU)"
 
-RECEIVERS = ("receivers", "receiver tiles", "image tiles")
+RECEIVERS = ("receivers", "receiver tiles", "image tiles", "page requests")
 """What of the image faces the light, and where it is in the image and in the map."""
 
 FIT = ("samples", "outline", FIT_LIGHT_MATRIX)

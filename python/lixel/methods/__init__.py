@@ -57,6 +57,7 @@ from .own import (
     OwnMethod as OwnMethod,
     shadow_method as shadow_method,
 )
+from .pages import PagesOver as PagesOver, VirtualShadowMap as VirtualShadowMap
 from .published import (
     PAPERS as PAPERS,
     PUBLISHED as PUBLISHED,
@@ -90,7 +91,10 @@ MapMethod: TypeAlias = (
     | ImprovedParaboloid
 )
 OmnidirectionalMethod: TypeAlias = Cube | DualParaboloid | Spot
-NamedMethod: TypeAlias = MapMethod | OmnidirectionalMethod | RayTraced | Exact | ShadowVolumes
+PagedMethod: TypeAlias = VirtualShadowMap
+NamedMethod: TypeAlias = (
+    MapMethod | OmnidirectionalMethod | PagedMethod | RayTraced | Exact | ShadowVolumes
+)
 Method: TypeAlias = NamedMethod | Auto | LightMatrix | GivenWarp | OwnMethod
 
 METHODS: Mapping[str, type[NamedMethod]] = MappingProxyType(
@@ -107,6 +111,11 @@ OMNIDIRECTIONAL_METHODS: Mapping[str, type[OmnidirectionalMethod]] = MappingProx
     {method.name: method for method in get_args(OmnidirectionalMethod)}
 )
 """Those that look up a shadow map of a light with a position, by name."""
+
+PAGED_METHODS: Mapping[str, type[PagedMethod]] = MappingProxyType(
+    {method.name: method for method in (VirtualShadowMap,)}
+)
+"""Those that look up pages of a map of any light, by name."""
 
 WARPS: Mapping[str, type[RectilinearWarp | NonOrthogonalWarp]] = MappingProxyType(
     {method.name: method for method in (RectilinearWarp, NonOrthogonalWarp)}

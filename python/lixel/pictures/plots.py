@@ -311,7 +311,7 @@ def difference(comparison: Comparison, ax: Axes | None = None) -> Axes:
         fontsize="small",
         framealpha=0.9,
     )
-    return _bare(ax)
+    return bare(ax)
 
 
 def aliasing_error(frame: Frame, ax: Axes | None = None, *, limit: float = 16.0) -> Axes:
@@ -345,7 +345,7 @@ def aliasing_error(frame: Frame, ax: Axes | None = None, *, limit: float = 16.0)
     figure: Any = ax.figure
     bar = figure.colorbar(image, ax=ax, extend="both", shrink=0.8)
     bar.set_label("aliasing error m; black line: m = 1")
-    return _bare(ax)
+    return bare(ax)
 
 
 def pareto_front(time: npt.ArrayLike, error: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -389,7 +389,7 @@ def axes_or_new(ax: Axes | None) -> Axes:
     return ax
 
 
-def _bare(ax: Axes) -> Axes:
+def bare(ax: Axes) -> Axes:
     ax.set_xticks([])
     ax.set_yticks([])
     return ax

@@ -91,7 +91,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         let may_be_dark = may_agree && depths && {
             let step = self.step_to(row, self.linear_middle(row.middle));
             let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
-            let is_nearer = Lane::less(self.stored(self.index(row.middle)), depth);
+            let is_nearer = Lane::less(self.stored(self.index(row.on_map, row.middle)), depth);
             mask_bits(row.on_map & !is_nearer) == 0
         };
         let mut strangers = 0;
@@ -163,7 +163,7 @@ impl<S: Simd> BlockLookup<'_, S> {
             false => is_within(texel.x, low.x, high.x) & is_within(texel.y, low.y, high.y),
         };
         let inside = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
-        (self.index(inside), is_beside)
+        (self.index(row.on_map, inside), is_beside)
     }
 
     /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.

@@ -118,7 +118,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) -> (mask32x8<S>, mask32x8<S>) {
         let step = self.step_to(row, self.linear_middle(texel));
         let depth = rule.least_lit_depth_in_disc(kind, &row.plane, &row.bias, step);
-        let is_lit = Lane::at_most(depth, self.stored(self.index(texel)));
+        let is_lit = Lane::at_most(depth, self.stored(self.index(row.on_map, texel)));
         (row.plane.is_before_surface(kind, &row.bias, step), is_lit)
     }
 }

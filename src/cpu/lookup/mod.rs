@@ -14,9 +14,10 @@ mod triangles;
 
 use super::filtered_texels::FilteredTexels;
 use super::known::Known;
-use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask32x8, splat, u32x8};
+use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask_bits, mask32x8, splat, u32x8};
 use super::light_space::LightSpace;
 use super::map::Map;
+use super::pages::table::Requests;
 use super::rasterize::NONE;
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
 use super::tiles::{BLOCK, TILE, TILE_PIXELS, cut};
@@ -40,6 +41,10 @@ const OFF_MAP: u32 = NONE - 1;
 pub struct LookedUp<'a> {
     space: LightSpace,
     map: &'a Map,
+    /// Where no texels are looked at, but their pages are asked for.
+    requests: Option<&'a Requests>,
+    /// Of each pixel the number of its layer, and that of this one, where receivers are chosen pixel by pixel.
+    chosen: Option<(&'a [u8], u8)>,
     warp: Option<&'a WarpMap>,
     /// Its moments, where they are compared in place of depths.
     moments: Option<&'a FilteredTexels>,
@@ -73,6 +78,8 @@ impl<'a> LookedUp<'a> {
         Self {
             space,
             map,
+            requests: None,
+            chosen: None,
             warp,
             moments,
             seen: map
@@ -87,6 +94,38 @@ impl<'a> LookedUp<'a> {
             size: DVec2::new(f64::from(projection.width), f64::from(projection.height)),
             centre: projection.centre,
         }
+    }
+
+    /// For those pixels alone, in tiles, that have the number.
+    pub fn of_pixels(self, numbers: &'a [u8], number: u8) -> Self {
+        Self {
+            chosen: Some((numbers, number)),
+            ..self
+        }
+    }
+
+    /// Asks for the pages of texels in place of looking at them.
+    pub fn asking(self, requests: &'a Requests) -> Self {
+        Self {
+            requests: Some(requests),
+            ..self
+        }
+    }
+
+    /// The receivers of a block that the layer is for; the pixel's place is that of the first.
+    #[inline(always)]
+    fn masks<S: Simd>(&self, simd: S, block: &BlockReceivers<S>, first: usize) -> [u32; BLOCK] {
+        let Some((numbers, own)) = self.chosen else {
+            return self.space.masks(simd, block);
+        };
+        std::array::from_fn(|i| {
+            let numbers = &numbers[first + i * TILE..][..LANES];
+            let pairs = numbers.iter().enumerate();
+            let own = pairs.fold(0, |mask, (lane, &number)| {
+                mask | u32::from(number == own) << lane
+            });
+            own & block.facing[i]
+        })
     }
 }
 
@@ -128,8 +167,9 @@ fn answer_tile<S: Simd>(
                         lit[i] = 1.0;
                     }
                 }
+                let first = receivers.image.tiling.index(pixel.0, pixel.1);
                 for (layer, normals) in layers.iter().zip(&mut *normals) {
-                    let masks = layer.space.masks(simd, &block);
+                    let masks = layer.masks(simd, &block, first);
                     if masks != [0; BLOCK] {
                         layer.space.kind.visit(BlockLookup {
                             simd,
@@ -294,10 +334,17 @@ impl<S: Simd> BlockLookup<'_, S> {
         ids
     }
 
-    /// Where a texel is in the map's memory.
+    /// Where the texels of some receivers are in the map's memory; those of the others are any.
     #[inline(always)]
-    fn index(&self, texel: V2<f32x8<S>>) -> [u32; LANES] {
+    fn index(&self, asking: mask32x8<S>, texel: V2<f32x8<S>>) -> [u32; LANES] {
         let (x, y): (u32x8<S>, u32x8<S>) = (texel.x.to_int(), texel.y.to_int());
+        if let Some(requests) = self.layer.requests {
+            requests.ask(mask_bits(asking), x.into(), y.into());
+            return [0; LANES];
+        }
+        if let Some(pages) = &self.layer.map.pages {
+            return pages.indices(mask_bits(asking), x.into(), y.into());
+        }
         let columns = self.layer.map.image.tiling.columns as u32;
         let shift = TILE.ilog2();
         let tile = (y >> shift) * columns + (x >> shift);

@@ -96,7 +96,7 @@ impl<S: Simd> BlockLookup<'_, S> {
                 let inside = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
                 let is_same = |a: f32x8<S>, b: f32x8<S>| Lane::at_most(a, b) & Lane::at_most(b, a);
                 let is_on_map = is_same(texel.x, inside.x) & is_same(texel.y, inside.y);
-                let index = self.index(inside);
+                let index = self.index(row.on_map, inside);
                 let step = self.step_to(row, self.linear_middle(inside));
                 let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
                 let is_nearer = mask_bits(Lane::less(self.stored(index), depth));

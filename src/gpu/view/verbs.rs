@@ -16,6 +16,7 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Source;
 use crate::importance::{EdgeBias, Factors, Grid, Importance, OldImportance};
 use crate::map_settings::MapSettings;
+use crate::paging::Paging;
 use crate::verbs::{FitQueries, Traversal, Verbs};
 use crate::warp::{Axis, CountFit};
 
@@ -58,6 +59,12 @@ impl<'a> Verbs<'a> for View<'a> {
 
     fn shadows(&mut self, map: MapSettings, layers: Vec<PlannedLayer>) -> Result<Recorded> {
         self.mapped_shadows(map, layers)
+    }
+
+    fn paged_shadows(&mut self, _: MapSettings, _: Vec<Layer>, _: Paging) -> Result<Recorded> {
+        Err(Error::Device(
+            "maps in pages have no form on the GPU engine; take device='cpu'".to_string(),
+        ))
     }
 
     fn facing_count(&self) -> u32 {

@@ -1,0 +1,228 @@
+"""Maps in pages: levels that match pixels, a bound on pages, pages that are kept, pictures."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import matplotlib.figure
+import numpy as np
+import pytest
+
+import lixel as lx
+from lixel import cli
+from lixel.lab import pages
+from lixel.lab.result_tables import read
+from lixel.pictures import page_plots
+
+mpl.use("Agg")
+
+PLACE = (0.4, 3.4, -6.3)
+LIGHTS = {
+    "directional": lx.DirectionalLight((0.5, -1.0, 0.3)),
+    "far away": lx.PointLight((-5e3, 1e4, -3e3)),
+    "point": lx.PointLight(PLACE),
+    "spot": lx.SpotLight(PLACE, (0.1, -1.0, 0.4), 1.0),
+    "wide spot": lx.SpotLight(PLACE, (0.1, -1.0, 0.4), 1.5),
+    "hemisphere": lx.HemisphereLight(PLACE, (0, -1, 0)),
+}
+
+
+@pytest.fixture(scope="module")
+def colonnade():
+    scene = lx.scenes.colonnade(columns=8, detail=16)
+    return scene, scene.cameras["default"].resized(320, 180)
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+def test_a_pixel_looks_into_texels_as_wide_as_it_is(colonnade, kind):
+    """By the aliasing error, which shares nothing with the choice of a level."""
+    frame = lx.render(*colonnade, LIGHTS[kind], "virtual", device="cpu")
+    looks = frame.page_levels >= 0
+    np.testing.assert_array_equal(looks, frame.facing)
+    coarsest = frame.page_levels.max()
+    between = looks & (frame.page_levels > 0) & (frame.page_levels < coarsest)
+    assert between.sum() > 0.3 * looks.sum()
+    # Across their beams, whatever the surface.
+    to_light = LIGHTS[kind].vectors_from(frame.position[between])
+    sight = colonnade[1].sights_of(frame.position[between])
+    cosines = [
+        np.abs(np.einsum("nc,nc->n", ray, frame.normal[between])) / np.linalg.norm(ray, axis=1)
+        for ray in (to_light, sight)
+    ]
+    widths = frame.aliasing_error[between] * cosines[0] / cosines[1]
+    assert widths.min() > 0.4999
+    assert widths.max() < 1.0001
+    truth = lx.reference(*colonnade, LIGHTS[kind])
+    wrong = lx.compare(frame, truth).misclassified_count
+    assert wrong <= 0.004 * truth.covered.sum()
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+def test_threads_and_pages_change_nothing_but_what_they_are_for(colonnade, kind):
+    scene, camera = colonnade
+    view = scene, camera.resized(160, 90), LIGHTS[kind]
+    answers = [
+        lx.render_shadows(*view, "virtual", device="cpu", threads=threads) for threads in (1, 2, 7)
+    ]
+    for other in answers[1:]:
+        assert answers[0].tobytes() == other.tobytes()
+
+
+def test_a_bias_moves_levels_and_pages_follow(colonnade):
+    light = LIGHTS["directional"]
+    frames = {
+        bias: lx.render(*colonnade, light, "virtual", level_bias=bias, device="cpu")
+        for bias in (-1, 0, 0.5, 1)
+    }
+    looks = frames[0].page_levels >= 0
+    levels = {bias: frame.page_levels[looks] for bias, frame in frames.items()}
+    # 16384 / 2^7 is a page.
+    coarsest = 7
+    np.testing.assert_array_equal(levels[1], np.minimum(levels[0] + 1, coarsest))
+    assert (levels[0.5] <= levels[1]).all()
+    between = (levels[0] > 0) & (levels[0] < coarsest)
+    assert between.sum() > 0.5 * looks.sum()
+    np.testing.assert_array_equal(levels[-1][between], levels[0][between] - 1)
+    assert set(np.unique(levels[0.5] - levels[0])) == {0, 1}
+    counts = [len(frame.pages) for frame in frames.values()]
+    assert counts == sorted(counts, reverse=True)
+
+
+@pytest.mark.parametrize("most", [6, 12, 25])
+@pytest.mark.parametrize("kind", ["directional", "point"])
+def test_where_pages_are_few_levels_are_coarser(colonnade, kind, most):
+    method = lx.VirtualShadowMap(page_size=64, pages=most)
+    frame = lx.render(*colonnade, LIGHTS[kind], method, device="cpu")
+    assert 0 < len(frame.pages) <= most
+    np.testing.assert_array_equal(frame.page_levels >= 0, frame.facing)
+    assert frame.stats["level_bias"] > 0
+    assert frame.stats["level_bias"] % 0.25 == 0
+    # A quarter of a level less would have needed more.
+    less = frame.stats["level_bias"] - 0.25
+    method = lx.VirtualShadowMap(page_size=64, level_bias=less)
+    finer = lx.render(*colonnade, LIGHTS[kind], method, device="cpu")
+    assert len(finer.pages) > most
+
+
+def test_pages_are_told_with_their_texels(colonnade):
+    frame = lx.render(*colonnade, LIGHTS["point"], "virtual", page_size=64, device="cpu")
+    found = frame.pages
+    assert frame.shadow_map.shape == (len(found), 64, 64)
+    assert frame.stats["shadow map"] == {"pages": len(found), "kept_pages": 0}
+    assert len(np.unique(found[["face", "level", "column", "row"]])) == len(found)
+    assert set(found["layer"]) == set(range(len(frame.light_matrix)))
+    # A receiver's texel, by the matrix of its layer, lies in a page that is there.
+    layers = {(page["face"], page["level"]): page["layer"] for page in found}
+    known = {(page["layer"], page["column"], page["row"]) for page in found}
+    points, levels = frame.position[frame.facing], frame.page_levels[frame.facing]
+    from_light = points - PLACE
+    axis = np.abs(from_light).argmax(axis=1)
+    face = 2 * axis + (np.take_along_axis(from_light, axis[:, None], 1)[:, 0] < 0)
+    # Faces that no receiver falls in are left out.
+    face = np.unique(face, return_inverse=True)[1].ravel()
+    for point, level, side in zip(points[::97], levels[::97], face[::97], strict=True):
+        layer = layers[side, level]
+        x, y, _, w = frame.light_matrix[layer] @ [*point, 1]
+        assert (layer, x / w // 64, y / w // 64) in known
+
+
+def test_a_moving_camera_keeps_pages(colonnade):
+    scene, camera = colonnade
+    start, size = camera.eye, {"width": 160, "height": 90}
+    eyes = [start + np.array((0.1 * i, 0, 0)) for i in range(4)]
+    path = [lx.Camera.look_at(eye, (0, 1, 0), yfov=1.0, **size) for eye in eyes]
+    light = LIGHTS["directional"]
+    frames = list(lx.render_sequence(scene, path, light, "virtual", cut="scene", device="cpu"))
+    for i, frame in enumerate(frames):
+        kept = frame.stats["shadow map"]["kept_pages"]
+        assert kept == frame.pages["is_kept"].sum()
+        assert kept == 0 if i == 0 else kept > 0.5 * len(frame.pages)
+        fresh = lx.scenes.colonnade(columns=8, detail=16)
+        again = lx.render(fresh, path[i], light, "virtual", cut="scene", device="cpu")
+        assert again.stats["shadow map"]["kept_pages"] == 0
+        assert again.visibility.tobytes() == frame.visibility.tobytes()
+        assert again.shadow_map.tobytes() == frame.shadow_map.tobytes()
+    # Not under another light, and not over the receivers, whose map moves.
+    for other, parameters in ((LIGHTS["spot"], {"cut": "scene"}), (light, {})):
+        frame = lx.render(scene, path[-1], other, "virtual", device="cpu", **parameters)
+        assert frame.stats["shadow map"]["kept_pages"] == 0
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"page_size": 32}, "page_size must be a power of two from 64 to 4096, got 32"),
+        ({"page_size": 100}, "page_size must be a power of two from 64 to 4096, got 100"),
+        ({"pages": 0}, "pages must be a whole number of pages from 1 to 262144, got 0"),
+        ({"level_bias": np.inf}, "level_bias must be a finite number, got inf"),
+        ({"cut": "cone"}, "cut must be one of 'receivers', 'scene', got 'cone'"),
+        ({"rasterization": "linear"}, "rasterization must be 'exact' with method 'virtual'"),
+        ({"lookup": "revectorized"}, "lookup must be a depth test, triangles or a lixel.Pcf"),
+        ({"lookup": lx.Variance()}, "lookup must be a depth test, triangles or a lixel.Pcf"),
+    ],
+)
+def test_what_it_cannot_be_is_refused(parameters, words):
+    with pytest.raises(ValueError, match=words):
+        lx.VirtualShadowMap(**parameters)
+
+
+def test_each_face_needs_a_page(colonnade):
+    with pytest.raises(ValueError, match=r"pages must be at least \d, one for each map"):
+        lx.render_shadows(*colonnade, LIGHTS["point"], "virtual", pages=1, device="cpu")
+
+
+def test_frames_of_other_methods_have_no_pages(view):
+    frame = lx.render(*view, "desired_view")
+    assert frame.pages.shape == (0,)
+    assert (frame.page_levels == -1).all()
+    for plot in (page_plots.page_levels, page_plots.page_table):
+        with pytest.raises(ValueError, match=r"frame must be one of lixel\.VirtualShadowMap"):
+            plot(frame)
+
+
+def test_pictures_of_levels_and_pages(colonnade):
+    frame = lx.render(*colonnade, LIGHTS["point"], "virtual", device="cpu")
+    ax = page_plots.page_levels(frame)
+    assert ax.images
+    assert page_plots.page_levels(frame, ax) is ax
+    face = frame.pages["face"][0]
+    ax = page_plots.page_table(frame, face=face)
+    assert len(ax.patches) == (frame.pages["face"] == face).sum()
+    assert [text.get_text() for text in ax.get_legend().get_texts()]
+    with pytest.raises(ValueError, match=r"face must be one of .*, which have pages, got 7"):
+        page_plots.page_table(frame, face=7)
+
+
+@pytest.mark.not_on_cpu("it asks for an adapter")
+def test_the_gpu_engine_says_that_it_has_no_pages(view, monkeypatch):
+    with pytest.raises(lx.DeviceError, match=r"no form on the GPU engine; take device='cpu'"):
+        lx.render_shadows(*view, "virtual", device="gpu")
+    # Where nobody names a device, the engine that can do it does.
+    monkeypatch.delenv("LIXEL_DEVICE")
+    assert lx.render(*view, "virtual").adapter["type"] == "Cpu engine"
+
+
+def test_it_is_measured_beside_cascades(tmp_path, view, capfd):
+    (tmp_path / "scenes.json").write_text(
+        '[{"file": "boxes.obj", "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], '
+        '"fov_y_deg": 50}], "lights": []}]'
+    )
+    lines = [f"v {x} {y} {z}" for x, y, z in view.scene.vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (view.scene.faces + 1).tolist()]
+    (tmp_path / "boxes.obj").write_text("\n".join(lines))
+    path = tmp_path / "pages.csv"
+    line = ["lab", "pages", str(tmp_path), "--size", "96x64", "--random", "2",
+            "--set", "page_size=64", "-o", str(path)]  # fmt: skip
+    assert cli.main(line) == 0
+    table = read(path)
+    assert table["method"].tolist() == ["virtual", *pages.CASCADES] * 2
+    paged = table[table["method"] == "virtual"]
+    np.testing.assert_array_equal(paged["texels"], paged["pages"] * 64**2)
+    for name in pages.CASCADES:
+        texels = table[table["method"] == name]["texels"]
+        np.testing.assert_allclose(texels, paged["texels"], rtol=0.02)
+    assert "ratio" in capfd.readouterr().out
+    # A view that was lost is measured again.
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-3]))
+    assert cli.main(line) == 0
+    again = read(path).drop(columns="milliseconds")
+    assert again.equals(table.drop(columns="milliseconds"))
