@@ -226,22 +226,19 @@ impl Shapes {
 
     /// Which of the eight may hide something in a box of columns and rows that is no nearer than `farthest`.
     #[inline(always)]
-    pub fn may_hide<S: Simd>(
-        &self,
-        simd: S,
-        [low_u, high_u, low_v, high_v]: [f32; 4],
-        farthest: f32,
-    ) -> u32 {
-        let greatest = |a: &[f32; LANES], b: &[f32; LANES], c: &[f32; LANES]| {
-            let (a, b) = (f32x8::simd_from(simd, *a), f32x8::simd_from(simd, *b));
-            let along_u = (a * low_u).max(a * high_u);
-            let along_v = (b * low_v).max(b * high_v);
-            along_u + along_v + f32x8::simd_from(simd, *c)
-        };
-        let inside = greatest(&self.a[0], &self.b[0], &self.c[0])
-            .min(greatest(&self.a[1], &self.b[1], &self.c[1]))
-            .min(greatest(&self.a[2], &self.b[2], &self.c[2]));
-        let nearest = greatest(&self.step_x, &self.step_y, &self.first)
+    pub fn may_hide<S: Simd>(&self, simd: S, sides: [f32; 4], farthest: f32) -> u32 {
+        let inside = greatest_in_box(simd, sides, [&self.a[0], &self.b[0], &self.c[0]])
+            .min(greatest_in_box(
+                simd,
+                sides,
+                [&self.a[1], &self.b[1], &self.c[1]],
+            ))
+            .min(greatest_in_box(
+                simd,
+                sides,
+                [&self.a[2], &self.b[2], &self.c[2]],
+            ));
+        let nearest = greatest_in_box(simd, sides, [&self.step_x, &self.step_y, &self.first])
             .min(f32x8::simd_from(simd, self.high));
         let rounding = f32x8::simd_from(simd, self.rounding) * 2.0;
         // Half a unit of what is sure, and once more the rounding, are for the rounding here.
@@ -280,6 +277,19 @@ pub struct Blocks<S: Simd> {
     pub touched: u32,
     pub covered: u32,
     pub nearest: f32x8<S>,
+}
+
+/// Of eight linear functions of (column, row, 1), the greatest values in a box.
+#[inline(always)]
+fn greatest_in_box<S: Simd>(
+    simd: S,
+    [low_u, high_u, low_v, high_v]: [f32; 4],
+    [a, b, c]: [&[f32; LANES]; 3],
+) -> f32x8<S> {
+    let (a, b) = (f32x8::simd_from(simd, *a), f32x8::simd_from(simd, *b));
+    let along_u = (a * low_u).max(a * high_u);
+    let along_v = (b * low_v).max(b * high_v);
+    along_u + along_v + f32x8::simd_from(simd, *c)
 }
 
 #[cfg(test)]

@@ -81,14 +81,15 @@ impl<S: Simd> BlockLookup<'_, S> {
             Rays::Orthographic => (forward, splat(simd, 1.0)),
         };
         let start = self.warped(kind, row.plane.q);
-        let steps = [camera.right / camera.focal.x, camera.up / camera.focal.y].each(|step| {
+        let mut widest = splat(simd, 0.0);
+        for step in [camera.right / camera.focal.x, camera.up / camera.focal.y] {
             // To the next pixel, and on along its ray to the receiver's plane.
             let across = vector(step) * distance;
             let on_plane = across - ray * (normal.dot(across) / normal.dot(ray));
             let q = row.plane.q + self.layer.space.turned(simd, on_plane);
-            (self.warped(kind, q) - start).length()
-        });
-        let widest: [f32; LANES] = steps[0].max(steps[1]).into();
+            widest = (self.warped(kind, q) - start).length().max(widest);
+        }
+        let widest: [f32; LANES] = widest.into();
         // Not a number where a pixel sees the plane from its edge.
         widest.map(|texels| texels.log2().max(0.0))
     }

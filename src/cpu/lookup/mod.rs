@@ -14,7 +14,9 @@ mod triangles;
 
 use super::filtered_texels::FilteredTexels;
 use super::known::Known;
-use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask_bits, mask32x8, splat, u32x8};
+use super::lanes::{
+    Bits, LANES, Simd, bits, dispatch, f32x8, level, mask_bits, mask32x8, splat, u32x8,
+};
 use super::light_space::LightSpace;
 use super::map::Map;
 use super::pages::table::Requests;
@@ -25,8 +27,8 @@ use super::warp_map::WarpMap;
 use crate::bias::{Bias, Plane, Rule};
 use crate::fits::layer::Layer;
 use crate::lanes::{Lane, V2, V3};
-use crate::map_settings::{Comparison, MapSettings, position_rounding};
-use crate::projection::{KindVisitor, LaneKind};
+use crate::map_settings::{Comparison, Filter, MapSettings, position_rounding};
+use crate::projection::{Formulas, KindVisitor, LaneKind};
 use fearless_simd::prelude::*;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -245,35 +247,103 @@ struct RowReceivers<S: Simd> {
     on_map: mask32x8<S>,
 }
 
+/// How places become texels, and what is taken off depths.
+type Formula<'a, S, F> = (&'a F, &'a Rule<f32x8<S>>);
+
 impl<S: Simd> KindVisitor for BlockLookup<'_, S> {
     type Output = ();
 
     #[inline(always)]
     fn visit<K: LaneKind>(mut self, kind: &K) {
-        let zero = splat(self.simd, 0.0);
+        let simd = self.simd;
+        let zero = splat(simd, 0.0);
         let kind = kind.in_lanes(self.layer.space.unit, zero);
         let rule = self.layer.rule.map(|v| zero.constant(v));
+        let formula = (&kind, &rule);
+        match (self.layer.comparison.filter, self.layer.moments) {
+            (Some(filter), _) => apart(
+                simd,
+                #[inline(always)]
+                || self.filter_block(formula, filter),
+            ),
+            (_, Some(moments)) => apart(
+                simd,
+                #[inline(always)]
+                || self.look_at_moments_of_block(formula, moments),
+            ),
+            _ if self.layer.comparison.is_revectorized => apart(
+                simd,
+                #[inline(always)]
+                || self.revectorize_block(formula),
+            ),
+            _ => apart(
+                simd,
+                #[inline(always)]
+                || self.compare_block(formula),
+            ),
+        }
+    }
+}
+
+/// Works with lanes in a function of its own. What a projection and a lookup have in common is inlined into each of their
+/// functions: all of them in one would take minutes to compile.
+#[inline(never)]
+fn apart<S: Simd>(simd: S, work: impl FnOnce()) {
+    simd.vectorize(work);
+}
+
+impl<S: Simd> BlockLookup<'_, S> {
+    #[inline(always)]
+    fn filter_block<F: Formulas<f32x8<S>>>(
+        &mut self,
+        (kind, rule): Formula<'_, S, F>,
+        filter: Filter,
+    ) {
+        for i in self.rows() {
+            let row = self.row(kind, rule, i);
+            self.filter(kind, rule, &row, i, filter);
+        }
+    }
+
+    #[inline(always)]
+    fn look_at_moments_of_block<F: Formulas<f32x8<S>>>(
+        &mut self,
+        (kind, rule): Formula<'_, S, F>,
+        moments: &FilteredTexels,
+    ) {
+        for i in self.rows() {
+            let row = self.row(kind, rule, i);
+            self.look_at_moments(kind, rule, &row, i, moments);
+        }
+    }
+
+    #[inline(always)]
+    fn revectorize_block<F: Formulas<f32x8<S>>>(&mut self, (kind, rule): Formula<'_, S, F>) {
+        for i in self.rows() {
+            let row = self.row(kind, rule, i);
+            self.revectorize(kind, rule, &row, i);
+        }
+    }
+
+    #[inline(always)]
+    fn compare_block<F: Formulas<f32x8<S>>>(&mut self, (kind, rule): Formula<'_, S, F>) {
         let mut left = [0; BLOCK];
-        for (i, left) in left.iter_mut().enumerate() {
-            if self.masks[i] != 0 {
-                let row = self.row(&kind, &rule, i);
-                match (self.layer.comparison.filter, self.layer.moments) {
-                    (Some(filter), _) => self.filter(&kind, &rule, &row, i, filter),
-                    (_, Some(moments)) => self.look_at_moments(&kind, &rule, &row, i, moments),
-                    _ if self.layer.comparison.is_revectorized => {
-                        self.revectorize(&kind, &rule, &row, i);
-                    }
-                    _ => *left = self.compare(&kind, &rule, &row, i),
-                }
-            }
+        for i in self.rows() {
+            let row = self.row(kind, rule, i);
+            left[i] = self.compare(kind, rule, &row, i);
         }
         if left != [0; BLOCK] {
             self.test_triangles(&left);
         }
     }
-}
 
-impl<S: Simd> BlockLookup<'_, S> {
+    /// Those in which the layer has receivers.
+    #[inline(always)]
+    fn rows(&self) -> Bits {
+        let rows = self.masks.iter().enumerate();
+        bits(rows.fold(0, |rows, (i, &mask)| rows | u32::from(mask != 0) << i))
+    }
+
     #[inline(always)]
     fn v2(&self, v: DVec2) -> V2<f32x8<S>> {
         V2::new(splat(self.simd, v.x as f32), splat(self.simd, v.y as f32))

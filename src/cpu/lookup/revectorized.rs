@@ -51,9 +51,10 @@ impl<S: Simd> BlockLookup<'_, S> {
                 continue;
             }
             let along = V2::new(Lane::abs(across.y), Lane::abs(across.x));
-            let [before, after] = [-one, one].each(|step| {
-                self.end_of_edge(kind, rule, row, &own, has_edge, (across, along * step))
-            });
+            let [before, after] = [-one, one].each(
+                #[inline(always)]
+                |step| self.end_of_edge(kind, rule, row, &own, has_edge, (across, along * step)),
+            );
             let place = before.length + own.within.dot(along);
             // -1 at one end of the edge, 1 at the other.
             let relative = place * splat(simd, 2.0) / (before.length + after.length + one) - one;
