@@ -294,7 +294,9 @@ def is_sized(method: type) -> bool:
 def rendered(method: type, size: tuple[int, int], resolution: int) -> lx.Frame:
     chosen = method(resolution=resolution) if is_sized(method) else method()
     light = next(light for light in LIGHTS if chosen.takes(light))
-    return lx.render(SCENE, SCENE.cameras["default"].resized(*size), light, chosen)
+    camera = SCENE.cameras["default"].resized(*size)
+    # It knows every method.
+    return lx.render(SCENE, camera, light, chosen, device="cpu")
 
 
 @cache

@@ -315,9 +315,9 @@ def test_peers_write_a_table(tmp_path, monkeypatch):
     given = ["lab", "peers", "plane_and_box", *SMALL, "--repeats", "2", "-o", str(output)]
     assert cli.main(given) == 0
     found = read(output)
-    own = ["lixel exact", "lixel desired_view 2048"]
+    own = ["lixel exact", "lixel ray_traced", "lixel desired_view 2048"]
     assert list(found["renderer"]) == [*own, "embreex"]
-    versions = [lx.__version__] * 2 + [importlib.metadata.version("embreex")]
+    versions = [lx.__version__] * 3 + [importlib.metadata.version("embreex")]
     assert list(found["version"]) == versions
     # Building takes time.
     assert (found["ms with building, median"] > 0).all()

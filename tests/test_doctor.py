@@ -212,6 +212,7 @@ def test_the_bench_has_peers_beside_it(view, monkeypatch):
     rows = bench.beside_methods(lx.reference(*view), 1)
     assert [row["renderer"] for row in rows] == [
         "lixel exact",
+        "lixel ray_traced",
         "lixel desired_view 1024",
         "embreex",
     ]

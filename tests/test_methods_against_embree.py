@@ -105,6 +105,8 @@ MIN_SSIM = 0.998
 LIMITS = {
     ("objects_on_floor", "plane_optimal", kind): 2250 for kind in ("point", "spot", "hemisphere")
 }
+# A trapezoid has few texels where a lamp lights what is far from the eye. Measured: 22.
+LIMITS["objects_on_floor", "trapezoidal", "point"] = 25
 
 
 @pytest.mark.parametrize("kind", ["directional", "point", "spot", "hemisphere"])

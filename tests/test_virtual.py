@@ -201,7 +201,8 @@ def test_the_gpu_engine_says_that_it_has_no_pages(view, monkeypatch):
     assert lx.render(*view, "virtual").adapter["type"] == "Cpu engine"
 
 
-def test_it_is_measured_beside_cascades(tmp_path, view, capfd):
+def test_it_is_measured_beside_cascades(tmp_path, view, capfd, monkeypatch):
+    monkeypatch.setenv("LIXEL_DEVICE", "cpu")
     (tmp_path / "scenes.json").write_text(
         '[{"file": "boxes.obj", "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], '
         '"fov_y_deg": 50}], "lights": []}]'

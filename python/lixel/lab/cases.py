@@ -94,7 +94,9 @@ def _variants(
 ) -> list[Method]:
     """Every method with every combination of the parameters that it has, each once."""
     if methods is None:
-        chosen = [method_from(name) for name in METHODS]
+        # Those that the engine has a form of.
+        is_gpu = _core.engine(None) == "gpu"
+        chosen = [made() for made in METHODS.values() if made.is_on_gpu or not is_gpu]
     elif isinstance(methods, str) or not isinstance(methods, Iterable):
         chosen = [method_from(methods)]
     else:
