@@ -272,8 +272,9 @@ def test_many_renders_do_not_make_the_process_grow():
     """`python tests/tools/soak.py` has more; here what leaks a kilobyte with each render fails."""
     # By then each method had each light, and its pipelines.
     soak.soak(300, 1)
-    before, after = soak.soak(400, 100)
-    assert after - before < 300 * 1024 + 0.01 * before
+    # What leaks does so in each round; the allocator may take some megabytes in one.
+    rounds = (soak.soak(400, 100) for _ in range(3))
+    assert any(after - before < 300 * 1024 + 0.01 * before for before, after in rounds)
 
 
 @LINUX
