@@ -109,27 +109,17 @@ impl Tests<'_> {
         rows: &mut [&mut [f32]],
         known: &mut Known,
     ) -> [Extent; 6] {
-        let corner = receivers.image.tiling.corner(tile);
         let mut block = BlockReceivers::none(simd);
         let mut places = BlockPlaces::none(simd);
         let mut beside = [Extent::EMPTY; 6];
-        for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
-            for x in (0..rows[0].len()).step_by(BLOCK) {
-                let pixel = (corner.0 + x, corner.1 + i * BLOCK);
-                let lit =
-                    match receivers.block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block) {
-                        true => {
-                            let (lit, left) = self.lit(simd, pixel, &block, &mut places, known);
-                            add_extents(simd, self.views, &block, &left, &mut places, &mut beside);
-                            lit
-                        }
-                        false => [0; BLOCK],
-                    };
-                receivers.image.write(rows, x, pixel, |i| {
-                    let lit = mask32x8::from_bitmask(simd, u64::from(lit[i]));
-                    lit.select(splat(simd, 1.0), splat(simd, 0.0)).to_array()
-                });
+        for pixel in receivers.image.tiling.blocks(tile) {
+            let mut lit = [0; BLOCK];
+            if receivers.block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block) {
+                let left;
+                (lit, left) = self.lit(simd, pixel, &block, &mut places, known);
+                add_extents(simd, self.views, &block, &left, &mut places, &mut beside);
             }
+            receivers.image.write_lit(simd, rows, pixel, lit);
         }
         beside
     }

@@ -65,18 +65,18 @@ impl Image {
         seen.count() as u32
     }
 
-    /// Writes the answers of a block into the rows of its tile, from a column on; NaN where nothing is seen. `lit` is asked
-    /// for each row of the block.
+    /// Writes the answers of a block, whose first pixel that is, into the rows of its tile; NaN where nothing is seen. `lit`
+    /// is asked for each row of the block.
     #[inline(always)]
     pub fn write(
         &self,
         rows: &mut [&mut [f32]],
-        x: usize,
-        (first_x, first_y): (usize, usize),
+        (x, y): (usize, usize),
         mut lit: impl FnMut(usize) -> [f32; BLOCK],
     ) {
-        let first = self.tiling.index(first_x, first_y);
-        for (i, row) in rows.iter_mut().enumerate() {
+        let first = self.tiling.index(x, y);
+        let (x, y) = (x % TILE, y % TILE);
+        for (i, row) in rows[y..].iter_mut().take(BLOCK).enumerate() {
             let mut lit = lit(i);
             let ids = &self.triangles[first + i * TILE..][..BLOCK];
             for (lit, &id) in lit.iter_mut().zip(ids) {
@@ -86,6 +86,21 @@ impl Image {
             let count = row.len().min(BLOCK);
             row[..count].copy_from_slice(&lit[..count]);
         }
+    }
+
+    /// The same of a block whose lit pixels are the bits of a number a row.
+    #[inline(always)]
+    pub fn write_lit<S: Simd>(
+        &self,
+        simd: S,
+        rows: &mut [&mut [f32]],
+        pixel: (usize, usize),
+        lit: [u32; BLOCK],
+    ) {
+        self.write(rows, pixel, |i| {
+            let lit = mask32x8::from_bitmask(simd, u64::from(lit[i]));
+            lit.select(splat(simd, 1.0), splat(simd, 0.0)).to_array()
+        });
     }
 
     /// Of each pixel the triangle that it shows, row by row; -1 where there is none.

@@ -9,7 +9,7 @@
 use super::candidates::{Candidates, PlacedBlock};
 use super::caster_tests::masks_of_views;
 use super::exact::{sampled_extents, views};
-use super::lanes::{Simd, bits, dispatch, level, mask_bits, mask32x8, splat};
+use super::lanes::{Simd, bits, dispatch, level, mask_bits, splat};
 use super::light_grids::fitted;
 use super::rasterize::{Image, NONE};
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, splat64};
@@ -33,7 +33,7 @@ pub const RAY_ROUNDING: f64 = 16.0 * FLOAT64_ROUNDING;
 /// Triangles that a packet may meet before it is halved.
 const MANY: usize = 64;
 
-/// Rays of a packet that are cast alone.
+/// Rays that are not cast together: fewer are quicker alone.
 const FEW: u32 = 4;
 
 /// Triangles that shadowed receivers before, and are asked first.
@@ -125,25 +125,25 @@ impl Known {
     }
 }
 
-/// Two halves of a packet: of its rows, or of its one row. `None` for few rays, which are quicker alone.
-fn halves(packet: &[u32; BLOCK]) -> Option<[[u32; BLOCK]; 2]> {
-    let rays: u32 = packet.iter().map(|row| row.count_ones()).sum();
-    if rays < FEW {
-        return None;
-    }
-    let mut parts = [[0; BLOCK]; 2];
-    let rows: Vec<usize> = (0..BLOCK).filter(|&row| packet[row] != 0).collect();
-    for (i, &row) in rows.iter().enumerate() {
-        match rows.len() {
-            1 => {
-                for (seen, j) in bits(packet[row]).enumerate() {
-                    parts[usize::from(2 * seen >= rays as usize)][row] |= 1 << j;
-                }
+fn rays_of(packet: &[u32; BLOCK]) -> u32 {
+    packet.iter().map(|row| row.count_ones()).sum()
+}
+
+/// Two halves of a packet: of its rows, or of its one row.
+fn halves(packet: &[u32; BLOCK]) -> [[u32; BLOCK]; 2] {
+    let mut second = *packet;
+    let count = packet.iter().filter(|row| **row != 0).count();
+    let rows = second.iter_mut().filter(|row| **row != 0);
+    if count > 1 {
+        rows.take(count.div_ceil(2)).for_each(|row| *row = 0);
+    } else {
+        for row in rows {
+            for _ in 0..row.count_ones().div_ceil(2) {
+                *row &= *row - 1;
             }
-            many => parts[usize::from(2 * i >= many)][row] = packet[row],
         }
     }
-    Some(parts)
+    [std::array::from_fn(|i| packet[i] & !second[i]), second]
 }
 
 /// The receivers that lie where float32 knows a view's places as well as it should.
@@ -176,29 +176,17 @@ impl ShadowRays<'_> {
         rows: &mut [&mut [f32]],
         known: &mut Known,
     ) -> u64 {
-        let image = self.receivers.image;
-        let corner = image.tiling.corner(tile);
+        let receivers = &self.receivers;
         let mut block = BlockReceivers::none(simd);
         let mut places = BlockPlaces::none(simd);
         let mut count = 0;
-        for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
-            for x in (0..rows[0].len()).step_by(BLOCK) {
-                let pixel = (corner.0 + x, corner.1 + i * BLOCK);
-                let planes = &mut known.planes;
-                let mut lit = [0; BLOCK];
-                if self
-                    .receivers
-                    .block(simd, pixel, 0..BLOCK, planes, &mut block)
-                {
-                    lit = self.lit(simd, pixel, &block, &mut places, known);
-                    let facing = block.facing.iter();
-                    count += facing.map(|&row| u64::from(row.count_ones())).sum::<u64>();
-                }
-                image.write(rows, x, pixel, |i| {
-                    let lit = mask32x8::from_bitmask(simd, u64::from(lit[i]));
-                    lit.select(splat(simd, 1.0), splat(simd, 0.0)).to_array()
-                });
+        for pixel in receivers.image.tiling.blocks(tile) {
+            let mut lit = [0; BLOCK];
+            if receivers.block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block) {
+                lit = self.lit(simd, pixel, &block, &mut places, known);
+                count += u64::from(rays_of(&block.facing));
             }
+            receivers.image.write_lit(simd, rows, pixel, lit);
         }
         count
     }
@@ -257,14 +245,14 @@ impl ShadowRays<'_> {
             known.packets.clear();
             known.packets.extend((left != [0; BLOCK]).then_some(left));
             while let Some(packet) = known.packets.pop() {
-                let Some(parts) = halves(&packet) else {
+                if rays_of(&packet) < FEW {
                     for (alone, packet) in alone.iter_mut().zip(packet) {
                         *alone |= packet;
                     }
                     continue;
-                };
+                }
                 if !self.meet(self.thick_ray(simd, block, &packet), &mut known.met) {
-                    known.packets.extend(parts);
+                    known.packets.extend(halves(&packet));
                     continue;
                 }
                 let (shadowed, last) = tests.shadowed(simd, seen, &known.met, &packet, every);
@@ -387,14 +375,14 @@ mod tests {
             [0, 0, 0b0110_1101, 0, 0, 0, 0, 0],
             [0, 0x80, 0, 1, 0, 0x11, 0, 0],
             [0xff, 0, 0, 0, 0, 0, 0, 0xff],
+            [0, 0, 1, 0, 0b110, 0, 0, 0],
         ];
         for packet in packets {
-            let [a, b] = halves(&packet).expect("many rays");
+            let [a, b] = halves(&packet);
             for i in 0..BLOCK {
                 assert_eq!((a[i] | b[i], a[i] & b[i]), (packet[i], 0));
             }
             assert!(a != [0; BLOCK] && b != [0; BLOCK]);
         }
-        assert_eq!(halves(&[0, 0, 1, 0, 0b110, 0, 0, 0]), None);
     }
 }

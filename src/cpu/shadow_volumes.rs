@@ -104,15 +104,11 @@ fn seen_from_eye(view: &VolumeView, scene: &Scene, sides: &[i8]) -> (Vec<Face>, 
 }
 
 fn write(image: &Image, tile: usize, lit: &[f32; TILE_PIXELS], rows: &mut [&mut [f32]]) {
-    let (x, y) = image.tiling.corner(tile);
-    for (by, rows) in rows.chunks_mut(BLOCK).enumerate() {
-        for bx in 0..BLOCKS.min(rows[0].len().div_ceil(BLOCK)) {
-            let (column, row) = (bx * BLOCK, by * BLOCK);
-            image.write(rows, column, (x + column, y + row), |i| {
-                let first = (row + i) * TILE + column;
-                lit[first..first + BLOCK].try_into().expect("eight")
-            });
-        }
+    for (x, y) in image.tiling.blocks(tile) {
+        image.write(rows, (x, y), |i| {
+            let first = (y % TILE + i) * TILE + x % TILE;
+            lit[first..first + BLOCK].try_into().expect("eight")
+        });
     }
 }
 

@@ -59,6 +59,14 @@ impl Tiling {
     pub fn corner(&self, tile: usize) -> (usize, usize) {
         (tile % self.columns * TILE, tile / self.columns * TILE)
     }
+
+    /// The first pixel of each block of a tile.
+    pub fn blocks(self, tile: usize) -> impl Iterator<Item = (usize, usize)> {
+        let (x, y) = self.corner(tile);
+        let columns = x..self.width.min(x + TILE);
+        let rows = (y..self.height.min(y + TILE)).step_by(BLOCK);
+        rows.flat_map(move |y| columns.clone().step_by(BLOCK).map(move |x| (x, y)))
+    }
 }
 
 /// Cuts an image that lies row by row into its tiles: of each the pieces of its rows.

@@ -156,39 +156,35 @@ fn answer_tile<S: Simd>(
     rows: &mut [&mut [f32]],
     (planes, normals): &mut (KnownPlanes, Vec<KnownNormals>),
 ) {
-    let corner = receivers.image.tiling.corner(tile);
     let mut block = BlockReceivers::none(simd);
     let mut work = Work::new(simd);
-    for (i, rows) in rows.chunks_mut(BLOCK).enumerate() {
-        for x in (0..rows[0].len()).step_by(BLOCK) {
-            let pixel = (corner.0 + x, corner.1 + i * BLOCK);
-            let mut lit = [[0.0; LANES]; BLOCK];
-            if receivers.block(simd, pixel, 0..BLOCK, planes, &mut block) {
-                for (lit, &facing) in lit.iter_mut().zip(&block.facing) {
-                    for i in bits(facing) {
-                        lit[i] = 1.0;
-                    }
-                }
-                let first = receivers.image.tiling.index(pixel.0, pixel.1);
-                for (layer, normals) in layers.iter().zip(&mut *normals) {
-                    let masks = layer.masks(simd, &block, first);
-                    if masks != [0; BLOCK] {
-                        layer.space.kind.visit(BlockLookup {
-                            simd,
-                            receivers,
-                            layer,
-                            block: &block,
-                            masks: &masks,
-                            pixel,
-                            normals,
-                            work: &mut work,
-                            lit: &mut lit,
-                        });
-                    }
+    for pixel in receivers.image.tiling.blocks(tile) {
+        let mut lit = [[0.0; LANES]; BLOCK];
+        if receivers.block(simd, pixel, 0..BLOCK, planes, &mut block) {
+            for (lit, &facing) in lit.iter_mut().zip(&block.facing) {
+                for i in bits(facing) {
+                    lit[i] = 1.0;
                 }
             }
-            receivers.image.write(rows, x, pixel, |i| lit[i]);
+            let first = receivers.image.tiling.index(pixel.0, pixel.1);
+            for (layer, normals) in layers.iter().zip(&mut *normals) {
+                let masks = layer.masks(simd, &block, first);
+                if masks != [0; BLOCK] {
+                    layer.space.kind.visit(BlockLookup {
+                        simd,
+                        receivers,
+                        layer,
+                        block: &block,
+                        masks: &masks,
+                        pixel,
+                        normals,
+                        work: &mut work,
+                        lit: &mut lit,
+                    });
+                }
+            }
         }
+        receivers.image.write(rows, pixel, |i| lit[i]);
     }
 }
 
