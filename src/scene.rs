@@ -13,6 +13,8 @@ use std::sync::OnceLock;
 pub struct Scene {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// Whether each vertex is a corner of a triangle.
+    uses_all: bool,
     /// Where no triangle has holes, nothing is looked up.
     masks: Option<Masks>,
     derived: Derived,
@@ -57,10 +59,12 @@ impl Scene {
                 triangles[row]
             );
         }
-        let derived = Derived::new(&vertices, &triangles)?;
+        let uses_all = uses_all(count, &triangles);
+        let derived = Derived::new(&vertices, &triangles, uses_all)?;
         Ok(Self {
             vertices,
             triangles,
+            uses_all,
             masks: None,
             derived,
             generation: 0,
@@ -86,7 +90,7 @@ impl Scene {
             self.vertices.len(),
             vertices.len()
         );
-        self.derived = Derived::new(&vertices, &self.triangles)?;
+        self.derived = Derived::new(&vertices, &self.triangles, self.uses_all)?;
         self.vertices = vertices;
         self.generation += 1;
         Ok(())
@@ -185,7 +189,7 @@ impl Scene {
 }
 
 impl Derived {
-    fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self> {
+    fn new(vertices: &[DVec3], triangles: &[[u32; 3]], uses_all: bool) -> Result<Self> {
         if let Some(row) = vertices.par_iter().position_first(|v| !v.is_finite()) {
             ensure_value!(
                 false,
@@ -202,18 +206,20 @@ impl Derived {
             largest < 1e30,
             "vertices must be smaller than 1e30 in every coordinate, got {largest:e}"
         );
-        let found = triangles.par_iter().map(|t| {
-            let corners = t.map(|i| vertices[i as usize]);
-            (
-                bounds_of(corners.into_iter()),
-                usize::from(!has_area(corners)),
-            )
-        });
-        let none = || (bounds_of(std::iter::empty()), 0);
-        let (bounds, degenerate_count) =
-            found.reduce(none, |((low, high), count), (bounds, more)| {
-                ((low.min(bounds.0), high.max(bounds.1)), count + more)
-            });
+        let corners = |t: &[u32; 3]| t.map(|i| vertices[i as usize]);
+        let none = || bounds_of(std::iter::empty());
+        let both = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+        let bounds = match uses_all {
+            true => vertices.par_iter().map(|&v| (v, v)).reduce(none, both),
+            false => {
+                let of_triangles = triangles
+                    .par_iter()
+                    .map(|t| bounds_of(corners(t).into_iter()));
+                of_triangles.reduce(none, both)
+            }
+        };
+        let degenerate = triangles.par_iter().filter(|t| !has_area(corners(t)));
+        let degenerate_count = degenerate.count();
         Ok(Self {
             bounds,
             degenerate_count,
@@ -222,6 +228,14 @@ impl Derived {
             planes: OnceLock::new(),
         })
     }
+}
+
+fn uses_all(vertices: usize, triangles: &[[u32; 3]]) -> bool {
+    let mut is_used = vec![false; vertices];
+    for &i in triangles.as_flattened() {
+        is_used[i as usize] = true;
+    }
+    is_used.into_iter().all(|is_used| is_used)
 }
 
 /// Whether the unit normal is not zero.

@@ -51,6 +51,18 @@ impl Group {
         ids: [0; LANES],
     };
 
+    /// So many. `vec!` would call for each a function that copies memory.
+    #[inline(always)]
+    fn empty(count: u32) -> Vec<Self> {
+        let mut groups = Vec::with_capacity(count as usize);
+        groups.extend((0..count).map(
+            #[inline(always)]
+            |_| Self::EMPTY,
+        ));
+        groups
+    }
+
+    #[inline(always)]
     fn set(&mut self, lane: usize, bounds: &Bounds, id: u32) {
         [
             self.low_u[lane],
@@ -348,6 +360,7 @@ impl Listing<'_> {
 }
 
 impl TileCells {
+    #[inline(always)]
     fn new(listed: &Listed) -> Self {
         const CELLS: usize = TILE_CELLS * TILE_CELLS;
         let mut counts = [0u32; CELLS];
@@ -362,7 +375,7 @@ impl TileCells {
             starts
         };
         let (groups_of, heads_of) = (starts(LANES as u32), starts((LANES * LANES) as u32));
-        let mut groups = vec![Group::EMPTY; groups_of[CELLS] as usize];
+        let mut groups = Group::empty(groups_of[CELLS]);
         let mut next: [u32; CELLS] = std::array::from_fn(|cell| groups_of[cell] * LANES as u32);
         for &(cell, place) in &listed.entries {
             let at = &mut next[cell as usize];
@@ -370,7 +383,7 @@ impl TileCells {
             groups[*at as usize / LANES].set(*at as usize % LANES, bounds, *id);
             *at += 1;
         }
-        let mut heads = vec![Group::EMPTY; heads_of[CELLS] as usize];
+        let mut heads = Group::empty(heads_of[CELLS]);
         for cell in 0..CELLS {
             let first = groups_of[cell];
             for group in first..groups_of[cell + 1] {

@@ -83,8 +83,10 @@ impl Image {
                 *lit = if id == NONE { f32::NAN } else { *lit };
             }
             let row = &mut row[x..];
-            let count = row.len().min(BLOCK);
-            row[..count].copy_from_slice(&lit[..count]);
+            match row.first_chunk_mut() {
+                Some(row) => *row = lit,
+                None => row.copy_from_slice(&lit[..row.len()]),
+            }
         }
     }
 
@@ -114,16 +116,18 @@ impl Image {
 pub fn rasterize(view: &View, scene: &Scene) -> Image {
     let places = view.places(scene);
     let (painter, bins) = Painter::new(view, scene, &places, Cover::Middles);
-    let mut triangles = vec![0; painter.tiling.tiles() * TILE_PIXELS];
-    let tiles = triangles.par_chunks_mut(TILE_PIXELS).enumerate();
-    tiles.for_each(|(tile, ids)| {
-        let mut nearness = [0.0; TILE_PIXELS];
-        let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-        dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, ids, &mut nearness));
-    });
+    let tiles = (0..painter.tiling.tiles()).into_par_iter();
+    let tiles: Vec<_> = tiles
+        .map(|tile| {
+            let (mut ids, mut nearness) = ([0; TILE_PIXELS], [0.0; TILE_PIXELS]);
+            let bins = bins.iter().map(|of_thread| &of_thread[tile]);
+            dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, &mut ids, &mut nearness));
+            ids
+        })
+        .collect();
     Image {
         tiling: painter.tiling,
-        triangles,
+        triangles: tiles.into_flattened(),
     }
 }
 

@@ -57,6 +57,8 @@ impl Default for KnownPlanes {
 /// The receivers of a block of pixels.
 pub struct BlockReceivers<S: Simd> {
     pub ids: [[u32; LANES]; BLOCK],
+    /// Whether all pixels of a row show the same.
+    pub is_one: [bool; BLOCK],
     /// Of each row, the pixels that face the light and are within its cone.
     pub facing: [u32; BLOCK],
     pub points: [[f64x8<S>; 3]; BLOCK],
@@ -67,6 +69,7 @@ impl<S: Simd> BlockReceivers<S> {
     pub fn none(simd: S) -> Self {
         Self {
             ids: [[NONE; LANES]; BLOCK],
+            is_one: [false; BLOCK],
             facing: [0; BLOCK],
             points: [[splat64(simd, 0.0); 3]; BLOCK],
         }
@@ -169,16 +172,19 @@ impl<'a> Receivers<'a> {
 
     /// Finds the planes that a block needs.
     #[inline(always)]
-    fn learn<S: Simd>(&self, simd: S, rows: &[[u32; LANES]], known: &mut KnownPlanes) {
+    fn learn<S: Simd>(
+        &self,
+        simd: S,
+        block: &BlockReceivers<S>,
+        rows: Range<usize>,
+        known: &mut KnownPlanes,
+    ) {
         let mut unknown = [NONE; BLOCK * LANES];
         let mut count = 0;
         let mut last = NONE;
-        for ids in rows {
-            let different = if is_one(simd, ids) {
-                &ids[..1]
-            } else {
-                &ids[..]
-            };
+        for i in rows {
+            let ids = &block.ids[i];
+            let different = if block.is_one[i] { &ids[..1] } else { &ids[..] };
             for &id in different {
                 let known = &mut known.triangles[id as usize % KNOWN];
                 if id != last && id != NONE && *known != id {
@@ -259,14 +265,15 @@ impl<'a> Receivers<'a> {
         let rows = rows.start..rows.end.min(self.image.tiling.height - y);
         for i in rows.clone() {
             let place = first + i * TILE;
-            block.ids[i] = self.image.triangles[place..place + LANES]
-                .try_into()
-                .expect("eight");
+            let ids = &self.image.triangles[place..place + LANES];
+            let one = u32x8::simd_from(simd, ids[0]);
+            let ids = u32x8::from_slice(simd, ids);
+            block.ids[i] = ids.to_array();
+            block.is_one[i] = ids.simd_eq(one).all_true();
         }
-        self.learn(simd, &block.ids[rows.clone()], known);
+        self.learn(simd, block, rows.clone(), known);
         for i in rows {
-            let ids = &block.ids[i];
-            let Some((normal, height, facing)) = self.planes_of_row(simd, ids, known) else {
+            let Some((normal, height, facing)) = self.planes_of_row(simd, block, i, known) else {
                 continue;
             };
             let at_row = self.first + self.row * (y + i) as f64;
@@ -291,15 +298,17 @@ impl<'a> Receivers<'a> {
         has_any
     }
 
-    /// Normals and heights of eight planes, and which of them face the light; `None`: not one.
+    /// Normals and heights of the planes of a row, and which of them face the light; `None`: not one.
     #[inline(always)]
     fn planes_of_row<S: Simd>(
         &self,
         simd: S,
-        ids: &[u32; LANES],
+        block: &BlockReceivers<S>,
+        row: usize,
         known: &mut KnownPlanes,
     ) -> Option<([f64x8<S>; 3], f64x8<S>, u32)> {
-        if is_one(simd, ids) {
+        let ids = &block.ids[row];
+        if block.is_one[row] {
             let (plane, faces_light) = self.plane(simd, ids[0], known);
             return faces_light.then(|| {
                 let [x, y, z, height] = plane;
@@ -372,13 +381,6 @@ pub fn faces_around<S: Simd>(simd: S, light_at: DVec3, point: &[f64x8<S>; 3]) ->
         faces[2 * axis + 1] = axes[axis] & down[axis];
     }
     faces
-}
-
-/// Whether eight pixels show the same.
-#[inline(always)]
-pub fn is_one<S: Simd>(simd: S, ids: &[u32; LANES]) -> bool {
-    let all = u32x8::simd_from(simd, *ids);
-    all.simd_eq(u32x8::simd_from(simd, ids[0])).all_true()
 }
 
 /// A view whose points are relative to an eye.

@@ -3,7 +3,6 @@
 use super::{BlockLookup, RowReceivers};
 use crate::bias::{Plane, Rule};
 use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
-use crate::cpu::receivers::is_one;
 use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2, V3};
 use crate::projection::Formulas;
@@ -122,7 +121,7 @@ impl<S: Simd> BlockLookup<'_, S> {
             })
         };
         let ids = &self.block.ids[i];
-        if is_one(simd, ids) {
+        if self.block.is_one[i] {
             let [x, y, z, u, v, w] = find(ids[0]).map(|value| splat(simd, value));
             return (V3::new(x, y, z), V3::new(u, v, w));
         }
