@@ -1,5 +1,4 @@
-//! What is taken off a receiver's depth before it is compared with a texel's: twin of the functions of
-//! `shaders/lookup.wgsl`.
+//! What is taken off a receiver's depth before it is compared with a texel's, twin of `shaders/lib/bias.wgsl`.
 
 use crate::lanes::{Lane, V2, V3};
 use crate::projection::Formulas;
@@ -105,7 +104,7 @@ impl<L: Lane> Rule<L> {
 
     /// The depth that is compared `step` texels from the receiver, moved by no more than `reach`.
     #[inline(always)]
-    fn depth_at(
+    fn compared_depth(
         &self,
         kind: &impl Formulas<L>,
         plane: &Plane<L>,
@@ -131,7 +130,7 @@ impl<L: Lane> Rule<L> {
         bias: &Bias<L>,
         step: V2<L>,
     ) -> L {
-        let depth = self.depth_at(kind, plane, bias, step, TEXEL_REACH);
+        let depth = self.compared_depth(kind, plane, bias, step, TEXEL_REACH);
         // The farther a curved surface is taken for its plane, the more that is wrong.
         depth - (bias.least + bias.beam * step.length().max(self.rounding.constant(1.0)))
     }
@@ -145,7 +144,7 @@ impl<L: Lane> Rule<L> {
         bias: &Bias<L>,
         step: V2<L>,
     ) -> L {
-        let depth = self.depth_at(kind, plane, bias, step, DISC_REACH);
+        let depth = self.compared_depth(kind, plane, bias, step, DISC_REACH);
         // The farther, the more a slope's bias must take off.
         let texels = step.map(|s| s.abs().max(s.constant(1.0)));
         depth - (bias.even + bias.beam + bias.slope.dot(texels))

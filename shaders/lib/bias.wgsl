@@ -35,6 +35,20 @@ fn bias_of_receiver(receivers: Receivers, projection: Projection, receiver: Rece
     );
 }
 
+// The depth that is compared `step` texels from the receiver, moved by no more than `reach`.
+fn compared_depth(
+    receivers: Receivers,
+    projection: Projection,
+    q: vec3<f32>,
+    normal: vec3<f32>,
+    bias: Bias,
+    step: vec2<f32>,
+    reach: f32,
+) -> f32 {
+    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, reach);
+    return select(on_plane, depth_from_projected(q), bias.is_edge_on);
+}
+
 // The depth that a texel, `step` texels from the receiver, must hold at least to leave it lit.
 fn least_lit_depth(
     receivers: Receivers,
@@ -44,8 +58,7 @@ fn least_lit_depth(
     bias: Bias,
     step: vec2<f32>,
 ) -> f32 {
-    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, TEXEL_REACH);
-    let depth = select(on_plane, depth_from_projected(q), bias.is_edge_on);
+    let depth = compared_depth(receivers, projection, q, normal, bias, step, TEXEL_REACH);
     // The farther a curved surface is taken for its plane, the more that is wrong.
     return depth - (bias.least + bias.beam * max(1.0, length(step)));
 }
@@ -59,8 +72,7 @@ fn least_lit_depth_in_disc(
     bias: Bias,
     step: vec2<f32>,
 ) -> f32 {
-    let on_plane = depth_of_neighbour(projection, normal, q, step * receivers.receiver_plane, DISC_REACH);
-    let depth = select(on_plane, depth_from_projected(q), bias.is_edge_on);
+    let depth = compared_depth(receivers, projection, q, normal, bias, step, DISC_REACH);
     // The farther, the more a slope's bias must take off.
     return depth - (bias.even + bias.beam + dot(bias.slope, max(vec2<f32>(1.0), abs(step))));
 }
