@@ -9,17 +9,18 @@ from typing import NamedTuple
 import pytest
 
 import lixel as lx
+from lixel.frame import has_form
 
 # The engine of all tests that name none. With "gpu", the shaders are tested as well, on whatever
 # adapter there is: by these tests, and by those that take the fixture `engine`.
-os.environ.setdefault("LIXEL_DEVICE", "cpu")
-TESTS_SHADERS = os.environ["LIXEL_DEVICE"] != "cpu"
+DEVICE = os.environ.setdefault("LIXEL_DEVICE", "cpu")
+TESTS_SHADERS = DEVICE != "cpu"
 ENGINES = ("gpu", "cpu") if TESTS_SHADERS else ("cpu",)
 
 
 def is_tested(method: str) -> bool:
     """Whether the engine of all tests that name none has a form of the method."""
-    return not TESTS_SHADERS or method not in lx.METHODS or lx.METHODS[method].is_on_gpu
+    return method not in lx.METHODS or has_form(lx.METHODS[method], DEVICE)
 
 
 class View(NamedTuple):

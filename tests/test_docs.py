@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 import numpy as np
 import pytest
 import tables
+from conftest import is_tested
 from PIL import Image
 
 import lixel as lx
@@ -36,8 +37,8 @@ def test_examples_run(path, tmp_path):
     if "def test_" in code:
         command = ["-m", "pytest", "-q", str(script)]
     environment = dict(os.environ)
-    if path.stem == "virtual":
-        # The method of this page has no form on a GPU.
+    if not is_tested(path.stem):
+        # Of the method of this page the engine has no form.
         environment["LIXEL_DEVICE"] = "cpu"
     ran = subprocess.run(
         [sys.executable, *command],

@@ -244,7 +244,30 @@ def test_several_lights_are_layers_of_bytes(view):
     assert (none.dtype, none.shape) == (np.uint8, (0, 64, 96))
 
 
+def test_a_frame_of_bytes_shows_what_one_of_floats_does(view, truth, tmp_path):
+    frame = lx.render(*view, "desired_view", resolution=64)
+    found = lx.render(*view, "desired_view", dtype=np.uint8, resolution=64)
+    expected = lx.render_shadows(*view, "desired_view", dtype=np.uint8, resolution=64)
+    assert found.visibility.dtype == np.uint8
+    assert np.array_equal(found.visibility, expected)
+    assert np.array_equal(found.to_image(), frame.to_image())
+    assert repr(lx.compare(found, truth)) == repr(lx.compare(frame, truth))
+    near = lx.PointLight((1, 4, 1), range=4.0)
+    images = [
+        lx.render(*view[:2], near, "exact", dtype=dtype).visibility_in_range
+        for dtype in ("float32", "uint8")
+    ]
+    assert np.array_equal(*images, equal_nan=True)
+    assert np.array_equal(found.visibility_in(frame), frame.visibility_in(found), equal_nan=True)
+    for ending in ("npy", "npz", "mask.png"):
+        for kind in (found, frame):
+            kind.save(tmp_path / f"{kind.visibility.dtype}.{ending}")
+        images = [lx.read_visibility(tmp_path / f"{t}.{ending}") for t in ("uint8", "float32")]
+        assert np.array_equal(*images, equal_nan=True)
+
+
 @pytest.mark.parametrize("dtype", [None, bool, np.float64, "bytes", np.int8, object()])
-def test_another_dtype_is_refused(dtype, view):
+@pytest.mark.parametrize("render", [lx.render, lx.render_shadows])
+def test_another_dtype_is_refused(dtype, render, view):
     with pytest.raises(ValueError, match="dtype must be float32 or uint8, got "):
-        lx.render_shadows(*view, dtype=dtype)
+        render(*view, dtype=dtype)

@@ -18,6 +18,7 @@ from conftest import is_tested
 
 import lixel as lx
 from lixel import cli
+from lixel.lab.cases import cases_of
 from lixel.lab.result_tables import read
 
 # `lixel.study` is the function.
@@ -99,6 +100,13 @@ def test_all_methods_by_default():
     light = lx.DirectionalLight((0, -1, 0))
     known = {name: method() for name, method in lx.METHODS.items() if is_tested(name)}
     assert list(table["method"]) == [name for name, method in known.items() if method.takes(light)]
+
+
+def test_methods_by_default_are_those_of_the_device():
+    light = lx.DirectionalLight((0, -1, 0))
+    cases = cases_of("plane_and_box", None, light, None, None, (16, 9), "cpu")
+    fitting = [name for name, method in lx.METHODS.items() if method().takes(light)]
+    assert [case.method.name for case in cases] == fitting
 
 
 def test_what_cannot_be_rendered_has_a_row_with_the_reason():

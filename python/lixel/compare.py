@@ -343,7 +343,9 @@ def _refuse_other_surfaces(differs: npt.NDArray[np.bool_], covered: npt.NDArray[
 
 
 def _visibility(name: str, value: npt.ArrayLike | Receivers | Coverage) -> npt.NDArray[Any]:
-    values = value.visibility if isinstance(value, Receivers | Coverage) else value
+    if isinstance(value, Receivers):
+        value = value._shares
+    values = value.visibility if isinstance(value, Coverage) else value
     array = array_of(REAL, name, values, ("H", "W"))
     outside = (array < 0) | (array > 1)  # False for NaN
     if outside.any():

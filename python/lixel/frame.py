@@ -67,8 +67,8 @@ class Frame(Receivers):
 
     Attributes
     ----------
-    visibility : (H, W) float32
-        1 lit, 0 in shadow, NaN where no surface is seen.
+    visibility : (H, W) float32, or uint8 where `render` was asked for that
+        1 lit, 0 in shadow, NaN where no surface is seen. As uint8 255, 0 and 255.
     triangle_id : (H, W) int32
         Row of the scene's `faces`, -1 where no surface is seen.
     method : Method
@@ -125,6 +125,7 @@ class Frame(Receivers):
         vector instructions and the number of threads.
     """
 
+    visibility: npt.NDArray[Any]
     method: Method
     importance_map: npt.NDArray[np.float32]
     warp_map: npt.NDArray[np.float32]
@@ -153,7 +154,7 @@ class Frame(Receivers):
         -------
         (H, W, 3) uint8
         """
-        picture = display.shadow_picture(self.visibility)
+        picture = display.shadow_picture(self._shares)
         if not shaded:
             return picture
         covered = self.covered
@@ -161,7 +162,7 @@ class Frame(Receivers):
         points = self.position[covered]
         to_light = self.light.vectors_from(points)
         sight = self.camera.sights_of(points)
-        lit = np.nan_to_num(self.visibility[covered]) * np.clip(_cosine(normal, to_light), 0.0, 1.0)
+        lit = np.nan_to_num(self._shares[covered]) * np.clip(_cosine(normal, to_light), 0.0, 1.0)
         shade = 0.45 + 0.25 * np.abs(_cosine(normal, sight)) + 0.3 * lit
         picture[covered] = (picture[covered] * shade[:, None] + 0.5).astype(np.uint8)
         return picture
@@ -187,10 +188,10 @@ class Frame(Receivers):
         image_files.save(path, self._picture, self._layers, self._made_by)
 
     def _layers(self) -> dict[str, npt.NDArray[Any]]:
-        names = ["visibility", "triangle_id", "object_id"]
+        names = ["triangle_id", "object_id"]
         # Depths and normals are gone once the scene has moved.
         names += ["depth", "normal"] if self.is_current else []
-        return {name: getattr(self, name) for name in names}
+        return {"visibility": self._shares, **{name: getattr(self, name) for name in names}}
 
     def _made_by(self) -> dict[str, Any]:
         return {
@@ -337,6 +338,7 @@ def render(
     light: Light,
     method: str | Method | None = None,
     *,
+    dtype: npt.DTypeLike = np.float32,
     device: str | None = None,
     threads: SupportsIndex | None = None,
     max_error: float | None = None,
@@ -347,7 +349,7 @@ def render(
 
     Parameters
     ----------
-    scene, camera, light, method, device, threads, max_error, max_ms, **parameters
+    scene, camera, light, method, dtype, device, threads, max_error, max_ms, **parameters
         As for `render_shadows`; one light.
 
     Returns
@@ -359,12 +361,14 @@ def render(
     ValueError, TypeError, DeviceError
         As for `render_shadows`.
     """
+    kind = _dtype_of_image(dtype)
     chosen = chosen_method(method, device, parameters, max_error=max_error, max_ms=max_ms)
     on = _on(device, threads)
     [parts] = _parts_of_lights(scene, camera, [light], chosen, on, OUTPUTS)
     outputs = {name: getattr(parts.outputs, name) for name in OUTPUTS}
     outputs["pages"] = outputs["pages"].view(PAGE).ravel()
     values = {name: value for name, value in vars(parts).items() if name != "outputs"}
+    values["visibility"] = _as_dtype(parts.visibility, kind)
     return Frame(scene=scene, camera=camera, light=light, **values, **outputs)
 
 
@@ -500,9 +504,9 @@ def _is_on_gpu(device: str | None) -> bool:
     return _core.engine(device) == "gpu"
 
 
-def has_form(method: Method) -> bool:
-    """Whether the engine that renders has a form of the method."""
-    return method.is_on_gpu or not _is_on_gpu(None)
+def has_form(method: Method | type[Method], device: str | None = None) -> bool:
+    """Whether the engine that renders, that of the device, has a form of the method."""
+    return method.is_on_gpu or not _is_on_gpu(device)
 
 
 def chosen_method(

@@ -142,7 +142,7 @@ class SeenSurface:
         pixel shows: 1 lit, 0 in shadow; NaN where that frame does not show it."""
         found = np.full(self.triangle_id.shape, np.nan, np.float32)
         here, there = self.pixels_seen_by(frame)
-        found.ravel()[here] = frame.visibility.ravel()[there]
+        found.ravel()[here] = frame._shares.ravel()[there]
         return found
 
     def every(self, step: SupportsIndex) -> SeenSurface:
@@ -188,4 +188,13 @@ class Receivers(SeenSurface):
     def visibility_in_range(self) -> npt.NDArray[np.float32]:
         """(H, W) float32: `visibility`, and 0 beyond the `range` of the light, where it has one."""
         beyond = self.covered & ~self.light.reaches(self.position)
-        return np.where(beyond, np.float32(0.0), self.visibility)
+        return np.where(beyond, np.float32(0.0), self._shares)
+
+    @property
+    def _shares(self) -> npt.NDArray[np.float32]:
+        """`visibility` as float32, NaN where no surface is seen, if it is one of bytes, too."""
+        if self.visibility.dtype != np.uint8:
+            return self.visibility
+        shares = np.divide(self.visibility, 255.0, dtype=np.float32)
+        shares[~self.covered] = np.nan
+        return shares

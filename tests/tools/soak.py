@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import lixel as lx
+from lixel.frame import has_form
 
 
 def resident_bytes() -> int:
@@ -33,9 +34,7 @@ def soak(renders: int, warm_up: int) -> tuple[int, int]:
         point_light,
         lx.SpotLight((1.0, 4.0, 0.5), (0.0, -1.0, 0.0), 0.7),
     )
-    device = lx.info().device
-    is_gpu = device is not None and device["backend"] != "lixel"
-    known = [name for name, made in lx.METHODS.items() if made.is_on_gpu or not is_gpu]
+    known = [name for name, method in lx.METHODS.items() if has_form(method)]
     methods = [
         method if method.name == "exact" or not hasattr(method, "resolution")
         else type(method)(resolution=64)

@@ -18,6 +18,7 @@ from .. import _core
 from ..arguments import did_you_mean, instance
 from ..camera import Camera
 from ..default_view import DEFAULT_LIGHT, see_all
+from ..frame import has_form
 from ..light import LIGHTS, Light
 from ..load import load
 from ..methods import METHODS, Checked, Method, OwnMethod, method_from
@@ -62,7 +63,7 @@ def cases_of(
     size: tuple[int, int] | None,
     device: str | None = None,
 ) -> Iterator[Case]:
-    variants = _variants(methods, parameters)
+    variants = _variants(methods, parameters, device)
     for name, origin in _named_scenes(scenes).items():
         scene = made_scene(origin)
         digest = hashlib.sha256(b"".join(scene._bytes())).hexdigest()
@@ -91,12 +92,11 @@ def cases_of(
 def _variants(
     methods: str | Method | Iterable[str | Method] | None,
     parameters: Mapping[str, Iterable[Any]] | None,
+    device: str | None,
 ) -> list[Method]:
     """Every method with every combination of the parameters that it has, each once."""
     if methods is None:
-        # Those that the engine has a form of.
-        is_gpu = _core.engine(None) == "gpu"
-        chosen = [made() for made in METHODS.values() if made.is_on_gpu or not is_gpu]
+        chosen = [made() for made in METHODS.values() if has_form(made, device)]
     elif isinstance(methods, str) or not isinstance(methods, Iterable):
         chosen = [method_from(methods)]
     else:

@@ -37,7 +37,7 @@ def page_levels(frame: Frame, ax: Axes | None = None) -> Axes:
     """
     colour_of = _colours(frame)
     ax = axes_or_new(ax)
-    picture = shadow_picture(frame.visibility) / 255.0
+    picture = shadow_picture(frame._shares) / 255.0
     looks = frame.page_levels >= 0
     picture[looks] *= colour_of(frame.page_levels[looks])[:, :3]
     ax.imshow(picture, interpolation="nearest")
