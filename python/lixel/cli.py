@@ -37,6 +37,7 @@ from .lab import (
     pages,
     papers,
     peers,
+    points,
     rankings,
     side_by_side,
     stress,
@@ -429,6 +430,7 @@ LAB: Mapping[str, Command] = {
     "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
     "pages": Command.of(pages, "lixel lab pages scenes -o pages.parquet", device="cpu"),
+    "points": Command.of(points, "lixel lab points town.glb --lights 24", renders=False),
     "calibration": Command.of(calibration, device="gpu"),
     "side_by_side": Command.of(
         side_by_side, "lixel lab side_by_side colonnade --resolution 256 -o side_by_side.png"
@@ -443,7 +445,16 @@ LAB: Mapping[str, Command] = {
 """Each is the module of its name in `lixel.lab`."""
 
 LAB_GROUPS = {
-    "time and error": ("study", "peers", "growth", "accuracy", "filters", "pages", "calibration"),
+    "time and error": (
+        "study",
+        "peers",
+        "growth",
+        "accuracy",
+        "filters",
+        "pages",
+        "points",
+        "calibration",
+    ),
     "what the papers say": ("papers", "rankings", "departures", "angles"),
     "hard views": ("stress", "aligned", "flicker", "culling"),
     "pictures": ("side_by_side", "sun_hours"),
