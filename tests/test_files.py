@@ -135,7 +135,10 @@ def test_obj_in_every_style(
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("v 0 0 0\nv 1 0\n", "line 2: v must be followed by three numbers, got 'v 1 0'"),
+        (
+            "v 0 0 0\nv 1 0\n",
+            "line 2: v must be followed by three numbers, got 'v 1 0'; mend that line",
+        ),
         ("v 0 0 0\nv 1,5 0 0\n", "line 2: v must be followed by three numbers"),
         ("v 0 0 0\n\nf 1 2 3\n", "line 3: f refers to vertex 2, and the file has 1"),
         ("v 0 0 0\nf -1 -2 -1\nv 0 0 1", "line 2: f refers to vertex -2, .* 1 of them before"),
@@ -147,7 +150,7 @@ def test_obj_in_every_style(
             "at least one triangle, and has none that can be read: points and lines",
         ),
         ("v 0 0 nan\nf 1 1 1\n", "finite"),
-        ("<html>", "at least one triangle, and has none$"),
+        ("<html>", "has none; export its surfaces, too$"),
     ],
 )
 def test_obj_that_is_wrong_is_refused_with_its_line(text, words, tmp_path):
@@ -246,6 +249,7 @@ def test_ply_strips_begin_anew(layout, tmp_path):
         (lambda c: c.replace(b"vertex 5", b"vertex -5"), "a line that cannot be understood"),
         (lambda c: c.replace(b"property double y", b"property double w"), "no vertices with x, y"),
         (lambda c: c.replace(b"end_header", b"end of it"), "no PLY header"),
+        (lambda c: c.replace(b"vertex 5", b"vertex 5\nMade by me"), "line .* 'Made by me'; exp"),
         (lambda c: c.replace(b"face 2", b"face 0").replace(b"edge 1", b"edge 0"), "a cloud of 5"),
     ],
 )  # fmt: skip
@@ -253,6 +257,21 @@ def test_ply_that_is_wrong_is_refused(layout, change, words, tmp_path):
     path = tmp_path / "bad.ply"
     path.write_bytes(change(ply(layout, [[0, 1, 2], [0, 2, 3]])))
     with pytest.raises(ValueError, match=f"bad.ply.*{words}"):
+        lx.load(path)
+
+
+def test_ply_of_old_blender_has_a_line_without_its_word(tmp_path):
+    path = tmp_path / "old.ply"
+    path.write_bytes(ply("ascii", [[0, 1, 2]]).replace(b"comment made", b"Created by Blender3D"))
+    assert loaded(path).triangle_count == 1
+
+
+def test_ply_with_a_word_among_its_numbers_names_the_row(tmp_path):
+    path = tmp_path / "bad.ply"
+    path.write_bytes(ply("ascii", [[0, 1, 2]]).replace(b"7 2.0 2.0 0.0", b"7 2.0 two 0.0"))
+    with pytest.raises(
+        ValueError, match=r"row 2 after .* is no number: '7 2.0 two 0.0'; export it"
+    ):
         lx.load(path)
 
 

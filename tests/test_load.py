@@ -221,8 +221,13 @@ def test_a_file_cut_off_is_named(tmp_path):
 def test_missing_and_foreign_files(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"nowhere.glb"):
         lx.load(tmp_path / "nowhere.glb")
-    with pytest.raises(FileNotFoundError, match="path must be a file"):
+    with pytest.raises(FileNotFoundError, match=r"got the folder .* name a file in it"):
         lx.load(tmp_path)
+    (tmp_path / "town.glb").write_text("hello")
+    with pytest.raises(FileNotFoundError, match=r"there is none; did you mean 'town.glb'"):
+        lx.load(tmp_path / "twon.glb")
     (tmp_path / "scene.txt").write_text("hello")
-    with pytest.raises(ValueError, match=r"path must end in .glb, .gltf, .*scene.txt"):
+    with pytest.raises(
+        ValueError, match=r"path must end in .glb, .gltf, .*scene.txt.*; export it as"
+    ):
         lx.load(tmp_path / "scene.txt")

@@ -204,6 +204,113 @@ def test_a_bomb_is_refused_before_it_is_decoded(tmp_path, side):
         loaded(tmp_path, card(textured(), bomb))
 
 
+# --- OBJ ---
+
+
+def obj_card(folder: Path, material: str, image: bytes | None = None, faces: str = "") -> lx.Scene:
+    """The square with a material, and what its warning names."""
+    rows = [f"v {x} {y} {z}" for x, y, z in POSITIONS.astype(int)]
+    # OBJ counts v from below, and a texture coordinate need not belong to one vertex.
+    rows += [f"vt {u} {1 - v}" for u, v in UV.astype(int)[[1, 2, 3, 0]]]
+    faces = faces or "f 1/4 2/1 3/2 4/3"
+    (folder / "card.obj").write_text("\n".join(["mtllib my card.mtl", *rows, "usemtl leaf", faces]))
+    (folder / "my card.mtl").write_text(f"# made\nnewmtl other\nd 0\nnewmtl leaf\n{material}\n")
+    (folder / "the leaf.png").write_bytes(png(ALPHA) if image is None else image)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return lx.load(folder / "card.obj")
+
+
+def grey(values: np.ndarray) -> bytes:
+    content = io.BytesIO()
+    Image.fromarray(values).save(content, "PNG")
+    return content.getvalue()
+
+
+BLOCKS = np.kron(ALPHA, np.ones((40, 40), np.uint8))
+FRAMED = np.pad(ALPHA, ((1, 2), (1, 1)))
+
+
+@pytest.mark.parametrize(
+    ("material", "image", "texels"),
+    [
+        ("map_d the leaf.png", png(BLOCKS), ALPHA),
+        ("map_d  the leaf.png", grey(BLOCKS), ALPHA),
+        ("map_d the leaf.png", grey(BLOCKS.astype(np.uint16) * 257), ALPHA),
+        ("map_d -imfchan m the leaf.png", grey(BLOCKS), ALPHA | 1),
+        ("map_d -blendu on -s -1 1 1 the leaf.png", png(BLOCKS), ALPHA[:, ::-1]),
+        ("map_d -o 0 0.5 the leaf.png", png(BLOCKS), ALPHA[::-1]),
+        (
+            "map_d -clamp on -s 2 the leaf.png",
+            png(np.kron(FRAMED, np.ones((40, 40), np.uint8))),
+            None,
+        ),
+        (
+            "map_d -s 2 2 -o 0.4 0.4 1 -clamp off the leaf.png",
+            png(np.kron(FRAMED, np.ones((40, 40), np.uint8))),
+            None,
+        ),
+        ("Tr 0.4\nmap_d the leaf.png", png(BLOCKS), ALPHA),
+        ("Tr 0.6\nmap_d the leaf.png", png(BLOCKS), 0 * ALPHA),
+        ("Tr 0.6\nd 0.9\nmap_d the leaf.png", png(BLOCKS), ALPHA),
+        ("d 0.4", b"", 0 * ALPHA),
+        ("d 0.6", b"", ALPHA | 1),
+        ("", b"", ALPHA | 1),
+    ],
+    ids=range(14),
+)
+def test_alpha_of_obj_materials(tmp_path, material, image, texels):
+    found = holes(obj_card(tmp_path, material, image))
+    if texels is None:
+        # As the format has it: scaled, moved, v from below.
+        y, x = (np.mgrid[0:6, 0:6] + 0.5) / 6
+        if "clamp on" in material:
+            u, v = np.minimum(2 * x, 0.999), 1 - y
+        else:
+            u, v = (2 * x + 0.4) % 1, (2 * (1 - y) + 0.4) % 1
+        expected = FRAMED[((1 - v) * 5).astype(int), (u * 5).astype(int)] == 0
+    else:
+        expected = of_texels(texels)
+    assert np.array_equal(found, expected)
+
+
+def test_texture_coordinates_of_obj_may_count_back_or_be_missing(tmp_path):
+    material = "map_d the leaf.png"
+    for faces in ("f -4/-1 -3/-4 -2/-3 -1/-2", "f 1/4/1 2/1/1 3/2/1\nf 1/4 3/2 4/3"):
+        assert np.array_equal(
+            holes(obj_card(tmp_path, material, png(BLOCKS), faces)), of_texels(ALPHA)
+        )
+    # Every point shows one texel: the corner below, on the left.
+    assert not holes(obj_card(tmp_path, material, png(BLOCKS), "f 1 2 3 4")).any()
+    scene = obj_card(tmp_path, material, png(BLOCKS), "f 1/4 2/9 3/2 4/3")
+    assert "texture coordinates that are no numbers or not in the file" in scene.unsupported
+
+
+@pytest.mark.parametrize(
+    ("material", "image", "words"),
+    [
+        ("map_d leaf.png", None, "holes of material 'leaf': it refers to 'leaf.png', and there is"),
+        ("map_d ../leaf.png", None, "'leaf': it refers to '../leaf.png', outside its own folder"),
+        ("map_d C:\\t\\leaf.png", None, "a URL or an absolute path"),
+        ("map_d the leaf.png", b"nothing", "material 'leaf': 'the leaf.png' cannot be read"),
+        ("map_d -mm 0.2 0.5 the leaf.png", None, "a change of its values (-mm) of the alpha image"),
+        ("d nearly 1,5", None, "a line of materials that is no number: 'nearly 1,5'"),
+        ("d 0.2", None, "half transparency of material 'leaf', taken for holes below 0.5"),
+    ],
+    ids=range(7),
+)
+def test_what_is_not_taken_of_obj_materials_is_named(tmp_path, material, image, words):
+    found = obj_card(tmp_path, material, image).unsupported
+    assert any(words in word for word in found), found
+
+
+def test_missing_materials_of_obj_are_named(tmp_path):
+    obj_card(tmp_path, "")
+    (tmp_path / "my card.mtl").unlink()
+    with pytest.warns(UserWarning, match="holes by the materials of 'my': it refers to 'my'"):
+        lx.load(tmp_path / "card.obj")
+
+
 def test_textures_of_trimesh_have_holes():
     image = Image.open(io.BytesIO(png(np.kron(ALPHA, np.ones((40, 40), np.uint8)))))
     faces = [[0, 1, 2], [0, 2, 3]]

@@ -49,7 +49,10 @@ def test_off(text, end, tmp_path):
         (f"OFF\n6 1 0\n{ROWS}\n6 0 1 2 3 4 6\n", "face 0 must be 6 indices below 6"),
         (f"OFF\n6 1 0\n{ROWS}\n6 0 1 2 3 4\n", "face 0 must be 6 indices below 6"),
         (f"OFF\n6 1 0\n{ROWS}\n3 0 1 -2\n", "face 0 must be 3 indices below 6"),
-        ("OFF\n1 0 0\n0 0\n", "each vertex must have three numbers"),
+        (
+            "OFF\n1 0 0\n0 0\n",
+            "vertex 0, counted from 0, must have three numbers, got '0 0'; export",
+        ),
         ("4OFF\n1 0 0\n0 0 0 1\n", "not in three dimensions"),
         ("OFF BINARY\n\0\0\0", "it is no text"),
         ("OFF\n", "ends after its first word"),

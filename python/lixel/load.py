@@ -11,9 +11,9 @@ from typing import Literal, SupportsIndex, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .arguments import count
+from .arguments import count, did_you_mean
 from .files import dae, gltf, obj, off, others, ply, stl
-from .files.contents import Contents, Part, words_of
+from .files.contents import EXPORT_AGAIN, Contents, FileError, Part, words_of
 from .scene import Scene, joined, labels_of_parts
 
 Up: TypeAlias = Literal["y", "z"]
@@ -74,9 +74,11 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
         raise ValueError(f"up must be 'y' or 'z', got {up!r}")
     suffix = file.suffix.lower()
     if not file.is_file():
-        raise FileNotFoundError(f"path must be a file, got {str(file)!r}, and there is none")
+        raise FileNotFoundError(_missing(file))
     if suffix not in FORMATS:
-        raise ValueError(f"path must end in {', '.join(FORMATS)}, got {str(file)!r}")
+        raise ValueError(
+            f"path must end in {', '.join(FORMATS)}, got {str(file)!r}; export it as one of them"
+        )
     # A broken file fails anywhere in the loaders, with any error there is.
     try:
         contents = _read(file, height, up)
@@ -85,8 +87,10 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
     except MemoryError:
         raise
     except Exception as error:
+        remedy = "" if isinstance(error, FileError) else f"; {EXPORT_AGAIN}, or as .glb"
         raise ValueError(
-            f"path must be a {suffix} file with triangles, got {str(file)!r}: {words_of(error)}"
+            f"path must be a {suffix} file with triangles, got {str(file)!r}: "
+            f"{words_of(error)}{remedy}"
         ) from error
     counts = [len(part.faces) for part in parts]
     scene.objects, scene.object_id = labels_of_parts([part.name for part in parts], counts)
@@ -98,6 +102,14 @@ def load(path: str | PathLike[str], *, height: SupportsIndex = 1080, up: Up = "y
     if scene.unsupported:
         warnings.warn(f"{file.name} is read without {_listed(scene.unsupported)}", stacklevel=2)
     return scene
+
+
+def _missing(file: Path) -> str:
+    if file.is_dir():
+        return f"path must be a file, got the folder {str(file)!r}; name a file in it"
+    beside = sorted(path.name for path in file.parent.glob("*") if path.suffix.lower() in FORMATS)
+    remedy = did_you_mean(file.name, beside) or "; check its name and folder"
+    return f"path must be a file, got {str(file)!r}, and there is none{remedy}"
 
 
 def _read(file: Path, height: int, up: Up) -> Contents:
@@ -114,7 +126,9 @@ def _shown(contents: Contents) -> list[Part]:
     parts = [part for part in contents.parts if len(part.faces)]
     if not parts:
         why = f" that can be read: {_listed(contents.unsupported)}" if contents.unsupported else ""
-        raise ValueError(f"it must hold at least one triangle, and has none{why}")
+        raise FileError(
+            f"it must hold at least one triangle, and has none{why}", "export its surfaces, too"
+        )
     return parts
 
 

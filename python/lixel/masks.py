@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
@@ -144,8 +144,14 @@ class TooManyTexelsError(ValueError):
     """Alpha images that would fill the memory."""
 
 
-def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8] | None:
-    """The alpha of an encoded image, rows from the top, None where all of it is opaque.
+def decoded_alpha(
+    content: bytes,
+    most: int,
+    what: str,
+    taken: Callable[[Any], npt.NDArray[np.uint8] | None] | None = None,
+) -> npt.NDArray[np.uint8] | None:
+    """The alpha of an encoded image, rows from the top, None where all of it is opaque; or what
+    another function takes of the PIL image.
 
     TooManyTexelsError, before anything is decoded, where it has more than `most`; what cannot be
     read raises any error of Pillow.
@@ -165,7 +171,7 @@ def decoded_alpha(content: bytes, most: int, what: str) -> npt.NDArray[np.uint8]
             ) from None
         with opened as image:
             check_size(image, most, what)
-            return alpha_of_image(image)
+            return (taken or alpha_of_image)(image)
 
 
 def check_size(image: Any, most: int, what: str) -> None:

@@ -8,21 +8,18 @@ A case is a function of a source of random numbers; a failure of the long run pr
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import random
 import sys
-import tempfile
 import time
 import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
+from fuzz_files import file
 
 import lixel as lx
 from lixel import _core
@@ -267,6 +264,47 @@ def given(r: random.Random) -> None:
     assert (np.isnan(visibility) | (visibility == 0.0) | (visibility == 1.0)).all()
 
 
+def masks(r: random.Random) -> None:
+    """Alpha images, where they lie on triangles, and which triangle has which; what is taken is
+    seen alike by `exact` and by the reference."""
+    g = np.random.default_rng(r.getrandbits(32))
+    s, c, li = VIEW
+
+    def alpha(_: random.Random) -> Any:
+        shape = (r.choice([1, 1, 2, 3, 17]), r.choice([1, 2, 5]))
+        image = g.integers(0, 256, shape).astype(r.choice(["u1", "u1", "u1", "?"]))
+        return lx.AlphaMask(
+            laid_out(r, image) if r.random() < 0.8 else value(r),
+            **some(
+                r,
+                cutoff=lambda r: r.uniform(0, 1) if r.random() < 0.8 else value(r),
+                wrap=lambda r: r.choice(["repeat", "mirror", "clamp", ("clamp", "mirror"), "x", 1]),
+                sampling=lambda r: r.choice(["linear", "nearest", "nearest", "cubic"]),
+            ),
+        )
+
+    kind = r.random()
+    uv = g.normal(size=(len(s.vertices), 2)) * 10.0 ** r.uniform(-3, 3)
+    if kind < 0.3:
+        uv = array(r, [len(s.vertices), 2])
+    elif kind < 0.5:
+        uv = g.normal(size=(s.triangle_count, 3, 2))
+    images = [alpha(r) for _ in range(r.randint(1, 3))]
+    numbers = g.integers(-1, len(images) + (r.random() < 0.1), s.triangle_count)
+    made = lx.Scene(
+        s.vertices,
+        s.faces,
+        uv=uv if r.random() < 0.95 else value(r),
+        alpha=images if r.random() < 0.95 else value(r),
+        face_alpha=numbers if r.random() < 0.95 else value(r),
+    )
+    assert made.masked_count <= made.triangle_count
+    visibility = lx.render_shadows(made, c, li, "exact", device="cpu")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # many ties, where an alpha is the cutoff
+        assert not lx.compare(visibility, lx.reference(made, c, li)).misclassified_count
+
+
 def compared(r: random.Random) -> None:
     shape = [r.randint(0, 4), r.randint(0, 4)]
     lx.compare(
@@ -295,100 +333,6 @@ def points(r: random.Random) -> None:
     shape = [r.randint(0, 4), 2]
     function = r.choice([lx.warp_points, lx.unwarp_points])
     function(warp, array(r, shape) if r.random() < 0.7 else value(r))
-
-
-FILES: dict[str, bytes] = {}
-CASES = Path(__file__).parents[1] / "cases"
-JSON_VALUES: tuple[Any, ...] = (
-    None, True, 0, -1, 1, 4, 10**9, 2**31, 2**53, 10**30, 0.5, -0.5, 1e39, 1e308, math.inf,
-    math.nan, "", "x", "../x", "spot", "SCALAR", "MAT4", [], {}, [0], [0, 0, 0], [[]], {"a": 0},
-)  # fmt: skip
-WORDS = (
-    b"0", b"-1", b"1", b"99999999999", b"1e400", b"nan", b"x", b"\\\n", b"#", b"\n", b"\r", b"/",
-    b"f", b"v", b"vertex", b"endloop", b"solid", b"face", b"element", b"list", b"\0", b"<!ENTITY",
-)  # fmt: skip
-
-
-def files() -> dict[str, bytes]:
-    """Small files of every format, by name."""
-    if not FILES:
-        for path in sorted(CASES.iterdir()):
-            FILES[path.name] = path.read_bytes()
-            (FOLDER / path.name).write_bytes(FILES[path.name])
-        mesh = trimesh.creation.box()
-        for ending in ("glb", "obj", "ply", "stl", "off", "3mf", "dae"):
-            exported = mesh.scene().export(file_type=ending)
-            if exported is None:
-                exported = trimesh.exchange.dae.export_collada(mesh)
-            FILES[f"box.{ending}"] = exported.encode() if isinstance(exported, str) else exported
-    return FILES
-
-
-def file(r: random.Random) -> None:
-    """A file that is cut short, or has some bytes or some values of its JSON changed."""
-    name = r.choice(list(files()))
-    content = bytearray(FILES[name])
-    if name.endswith(".gltf") and r.random() < 0.8:
-        tree = json.loads(content)
-        for _ in range(r.randint(1, 3)):
-            change_json(r, tree)
-        content = bytearray(json.dumps(tree, default=repr).encode())
-    elif r.random() < 0.4:
-        del content[r.randrange(len(content)) :]
-    elif r.random() < 0.4:
-        change_words(r, content)
-    if r.random() < 0.5:
-        for _ in range(r.randint(0, 3)):
-            if content:
-                content[r.randrange(len(content))] = r.randrange(256)
-    ending = name.rpartition(".")[2]
-    other = r.choice(list(FILES)).rpartition(".")[2]
-    path = FOLDER / f"fuzzed.{ending if r.random() < 0.9 else other}"
-    path.write_bytes(bytes(content))
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            made = lx.load(path, up=r.choice(["y", "z"]))
-        finally:
-            ours = {UserWarning, ResourceWarning}
-            assert {w.category for w in caught} <= ours, [str(w.message) for w in caught]
-    assert np.isfinite(made.vertices).all()
-    assert bool(made.unsupported) == any(w.category is UserWarning for w in caught)
-
-
-def change_json(r: random.Random, tree: Any) -> None:
-    """Another value somewhere in a JSON tree, or one less."""
-    places: list[tuple[Any, Any]] = []
-    pending = [tree]
-    while pending:
-        holder = pending.pop()
-        keys = list(holder) if isinstance(holder, dict) else range(len(holder))
-        places += [(holder, key) for key in keys]
-        pending += [holder[key] for key in keys if isinstance(holder[key], dict | list)]
-    if not places:
-        return
-    holder, key = r.choice(places)
-    kind = r.random()
-    if kind < 0.2:
-        del holder[key]
-    elif kind < 0.5:
-        holder[key] = r.choice(JSON_VALUES)
-    elif kind < 0.8 and isinstance(holder[key], int | float):
-        holder[key] = holder[key] + r.choice([-1, 1, 0.5, 1000])
-    else:
-        other, place = r.choice(places)
-        holder[key] = json.loads(json.dumps(other[place], default=repr))
-
-
-def change_words(r: random.Random, content: bytearray) -> None:
-    """Another word somewhere in a text, or a word more."""
-    words = bytes(content).split(b" ")
-    place = r.randrange(len(words))
-    if r.random() < 0.3:
-        words.insert(place, r.choice(WORDS))
-    else:
-        words[place] = r.choice([*WORDS, r.choice(words)])
-    content[:] = b" ".join(words)
 
 
 def picture(r: random.Random) -> None:
@@ -446,9 +390,8 @@ VIEW = (
 )
 MATRIX = lx.LightMatrix.of(lx.render(*VIEW, "lispsm", device="cpu")).matrix[0]
 WARP = np.linspace(0.0, 1.0, 5)[None].repeat(6, axis=0).reshape(2, 3, 5)
-FOLDER = Path(tempfile.mkdtemp(prefix="lixel-fuzz-"))
 
-QUICK = (scene, layouts, camera, light, method, core, given, compared, arguments, points)
+QUICK = (scene, layouts, camera, light, method, core, given, masks, compared, arguments, points)
 SLOW = (file, picture)
 
 

@@ -22,8 +22,15 @@ _COST_OF_COPY = 64
 """What a copy takes beside its vertices, in triangles."""
 
 
+EXPORT_AGAIN = "export it again"
+COPY_AGAIN = "copy or download it again"
+
+
 class FileError(ValueError):
     """Why a file cannot be read at all, in plain words: the place in it, and what to do."""
+
+    def __init__(self, why: str, remedy: str = EXPORT_AGAIN) -> None:
+        super().__init__(f"{why}; {remedy}")
 
 
 class Part(NamedTuple):
@@ -52,7 +59,8 @@ class Room:
         self._left -= (max(len(faces), len(positions)) + _COST_OF_COPY) * copies
         if self._left < 0:
             raise FileError(
-                f"its nodes hold more than {self._most:,} triangles, copies counted; split it"
+                f"its nodes hold more than {self._most:,} triangles, copies counted",
+                "split it into several",
             )
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .contents import Contents, FileError, Part
+from .contents import COPY_AGAIN, Contents, FileError, Part
 from .polygons import triangulated
-from .text import name_of, numbers, plain
+from .text import are_numbers, name_of, numbers, plain
 
 _WORD = re.compile(rb"(ST)?C?N?(4?n?)OFF", re.I)
 
@@ -22,12 +22,12 @@ def read(path: Path) -> Contents:
     if word is None:
         raise FileError("it does not start with the word OFF")
     if word[2]:
-        raise FileError("its points are not in three dimensions; export it as plain OFF")
+        raise FileError("its points are not in three dimensions", "export it as plain OFF")
     # The counts may follow the word on its line.
     rows[0] = rows[0][word.end() :].strip()
     rows = rows[not rows[0] :]
     if not rows or rows[0].upper().startswith(b"BINARY"):
-        raise FileError("it is no text, or ends after its first word; export it as text")
+        raise FileError("it is no text, or ends after its first word", "export it as text")
     try:
         vertex_count, face_count = (int(count) for count in rows[0].split()[:2])
     except ValueError:
@@ -35,13 +35,18 @@ def read(path: Path) -> Contents:
     if min(vertex_count, face_count) < 0 or vertex_count + face_count > len(rows) - 1:
         raise FileError(
             f"it is cut off: it promises {vertex_count} vertices and {face_count} faces, and has "
-            f"{len(rows) - 1} lines for them"
+            f"{len(rows) - 1} lines for them",
+            COPY_AGAIN,
         )
     points = [row.split()[:3] for row in rows[1 : 1 + vertex_count]]
     try:
         positions = numbers([word for point in points for word in point]).reshape(vertex_count, 3)
-    except ValueError as error:
-        raise FileError(f"each vertex must have three numbers: {error}") from None
+    except ValueError:
+        number = next(i for i, point in enumerate(points) if not are_numbers(point, 3))
+        shown = name_of(b" ".join(points[number])[:80])
+        raise FileError(
+            f"vertex {number}, counted from 0, must have three numbers, got {shown!r}"
+        ) from None
     corners, sizes = [], []
     for number, row in enumerate(rows[1 + vertex_count : 1 + vertex_count + face_count]):
         words = row.split()
@@ -49,7 +54,7 @@ def read(path: Path) -> Contents:
             size = int(words[0])
             corner = [int(word) for word in words[1 : 1 + size]]
         except ValueError:
-            raise FileError(f"face {number} must be whole numbers") from None
+            raise FileError(f"face {number}, counted from 0, must be whole numbers") from None
         if len(corner) != size or not all(0 <= index < vertex_count for index in corner):
             raise FileError(
                 f"face {number} must be {size} indices below {vertex_count}, counted from 0, "

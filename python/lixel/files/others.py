@@ -29,8 +29,8 @@ def read(path: Path) -> Contents:
     if kind not in trimesh.available_formats():
         package = "cascadio" if kind in ("step", "stp") else "'lixel[formats]'"
         raise FileError(
-            f"trimesh reads .{kind} files with packages that are not installed; "
-            f"pip install {package}, or export it as .glb"
+            f"trimesh reads .{kind} files with packages that are not installed",
+            f"pip install {package}, or export it as .glb",
         )
     if zipfile.is_zipfile(path):
         _check_archive(path)
@@ -50,7 +50,7 @@ def _check_archive(path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         size = sum(entry.file_size for entry in archive.infolist())
         if size > max(_MOST_BYTES, _MOST_RATIO * path.stat().st_size):
-            raise FileError(f"it unpacks to {size:,} bytes")
+            raise FileError(f"it unpacks to {size:,} bytes", "split it, or export it as .glb")
         held: dict[bytes, list[bytes]] = defaultdict(list)
         for name in archive.namelist():
             if name.lower().endswith((".model", ".xml", ".3dxml", ".rels")):
@@ -77,7 +77,9 @@ def _copies(held: dict[bytes, list[bytes]]) -> None:
             counts[name] = 1 + sum(counts.get(inner, 1) for inner in held[name])
             open_now.discard(pending.pop())
             if counts[name] > _MOST_COPIES:
-                raise FileError(f"its objects hold more than {_MOST_COPIES:,} copies of others")
+                raise FileError(
+                    f"its objects hold more than {_MOST_COPIES:,} copies of others", "split it"
+                )
         elif name in open_now:
             raise FileError("its objects hold one another in a circle")
         else:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .contents import Contents, FileError, Part
+from .contents import COPY_AGAIN, Contents, FileError, Part
 from .polygons import triangulated
-from .text import numbers, plain
+from .text import are_numbers, name_of, numbers, plain
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -75,7 +75,8 @@ def _elements(header: str) -> tuple[str, list[_Element]]:
                 elements[-1].properties.append(_Property(name, _TYPES[kind], _TYPES[count]))
             case ["property", kind, name] if elements and kind in _TYPES:
                 elements[-1].properties.append(_Property(name, _TYPES[kind]))
-            case ["comment" | "obj_info" | "end_header", *_] | []:
+            # Blender 2.4 leaves out the word `comment`.
+            case ["comment" | "obj_info" | "end_header" | "Created", *_] | []:
                 pass
             case _:
                 raise FileError(f"its header has a line that cannot be understood: {line[:80]!r}")
@@ -97,7 +98,8 @@ class _Body:
         if element.count * sum(sizes) > left:
             raise FileError(
                 f"it is cut off: it promises {element.count} rows of {element.name!r}, and there "
-                f"is not enough for more than {left // sum(sizes)}"
+                f"is not enough for more than {left // sum(sizes)}",
+                COPY_AGAIN,
             )
         if not element.count or not sizes:
             return {}
@@ -146,12 +148,13 @@ class _Body:
                 if length < 0 or at > self._units:
                     raise FileError(
                         f"it is cut off: row {row} of {element.count} of {element.name!r} has a "
-                        f"list of {length}, which is not there"
+                        f"list of {length}, which is not there",
+                        COPY_AGAIN,
                     )
                 found[name][0].append(begin)
                 found[name][1].append(length)
             if at > self._units:
-                raise FileError(f"it is cut off in row {row} of {element.name!r}")
+                raise FileError(f"it is cut off in row {row} of {element.name!r}", COPY_AGAIN)
         self._at = at
         kinds = {p.name: p.type for p in element.properties}
         return {
@@ -219,7 +222,11 @@ class _Text(_Body):
         try:
             self._numbers = numbers(words)
         except ValueError as error:
-            raise FileError(f"its data hold a word that is no number: {error}") from None
+            number = next(i for i, held in enumerate(rows) if not are_numbers(held))
+            shown = name_of(b" ".join(rows[number])[:80])
+            raise FileError(
+                f"row {number} after its header, counted from 0, holds what is no number: {shown!r}"
+            ) from error
         self._units = len(words)
 
     def _size(self, kind: str) -> int:

@@ -10,6 +10,8 @@ from urllib.parse import unquote, unquote_to_bytes
 
 from .contents import FileError
 
+_BESIDE = "put that file beside it and refer to its name"
+
 
 def referenced(folder: Path, uri: str) -> bytes:
     """The bytes behind a URI: a data URI, or a file in the folder or below it.
@@ -26,8 +28,7 @@ def referenced(folder: Path, uri: str) -> bytes:
     shown = repr(uri if len(uri) <= 80 else uri[:77] + "...")
     if re.match(r"[A-Za-z][A-Za-z0-9+.-]*:", uri) or uri.startswith(("/", "\\")):
         raise FileError(
-            f"it refers to {shown}, a URL or an absolute path, which is not opened; put that file "
-            "beside it and refer to its name"
+            f"it refers to {shown}, a URL or an absolute path, which is not opened", _BESIDE
         )
     # Names are percent-encoded by the standard, and bare in what some programs write.
     for name in (unquote(uri), uri):
@@ -39,12 +40,11 @@ def referenced(folder: Path, uri: str) -> bytes:
             inside, there = True, False
         if not inside:
             raise FileError(
-                f"it refers to {shown}, outside its own folder, which is not opened; put that file "
-                "beside it and refer to its name"
+                f"it refers to {shown}, outside its own folder, which is not opened", _BESIDE
             )
         if there:
             return path.read_bytes()
-    raise FileError(f"it refers to {shown}, and there is no such file beside it")
+    raise FileError(f"it refers to {shown}, and there is no such file beside it", "put it there")
 
 
 def _data(uri: str) -> bytes:

@@ -20,12 +20,22 @@ def plain(content: bytes) -> bytes:
             content = content.decode(encoding, "replace").encode()
             break
     content = content.removeprefix(codecs.BOM_UTF8)
+    if b"\r" not in content:
+        return content
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
 def numbers(words: list[bytes]) -> npt.NDArray[np.float64]:
     """Words of a text as numbers; ValueError where one is none."""
     return np.fromiter(map(float, words), dtype=np.float64, count=len(words))
+
+
+def are_numbers(words: list[bytes], count: int | None = None) -> bool:
+    """Whether words are numbers, and so many."""
+    try:
+        return len(numbers(words)) == (len(words) if count is None else count)
+    except ValueError:
+        return False
 
 
 def name_of(words: bytes) -> str:

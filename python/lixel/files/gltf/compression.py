@@ -23,8 +23,8 @@ def decompressed(content: bytes, view: Object, name: str) -> bytes:
         import meshopt
     except ImportError:
         raise FileError(
-            f"it uses {name}, which takes the package meshopt: pip install meshopt "
-            "(Python 3.11 or newer), or export it without compression"
+            f"it uses {name}, which takes the package meshopt",
+            "pip install meshopt (Python 3.11 or newer), or export it without compression",
         ) from None
     count, stride = whole(view["count"], "count"), whole(view["byteStride"], "byteStride")
     if count * stride > _MAX_RATIO * len(content) + _MAX_RATIO:
@@ -45,8 +45,8 @@ class DracoMesh:
             import DracoPy
         except ImportError:
             raise FileError(
-                f"it uses {DRACO}, which takes the package DracoPy: pip install DracoPy, or export "
-                "it without compression"
+                f"it uses {DRACO}, which takes the package DracoPy",
+                "pip install DracoPy, or export it without compression",
             ) from None
         self._identifiers = identifiers
         self._decoded = DracoPy.decode(content)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..contents import FileError
+from ..contents import COPY_AGAIN, FileError
 from ..references import referenced
 
 _MAGIC = b"glTF"
@@ -56,7 +56,7 @@ class Document:
         version = str(tree["asset"].get("version", "2.0"))
         if not version.startswith("2"):
             raise FileError(
-                f"it is glTF {version}, and only glTF 2 is read; convert it to glTF 2.0"
+                f"it is glTF {version}, and only glTF 2 is read", "convert it to glTF 2.0"
             )
         return cls(tree, binary, path.parent, len(content))
 
@@ -90,7 +90,8 @@ class Document:
             raise FileError(f"buffer {index} has no 'uri', so its bytes are nowhere")
         if len(content) < length:
             raise FileError(
-                f"it is cut off: buffer {index}, {name}, has {len(content)} of {length} bytes"
+                f"it is cut off: buffer {index}, {name}, has {len(content)} of {length} bytes",
+                COPY_AGAIN,
             )
         self._buffers[index] = content[:length]
         return self._buffers[index]
@@ -142,12 +143,16 @@ def whole(value: Any, what: str) -> int:
 
 def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
     if len(content) < 20:
-        raise FileError(f"it is cut off: a .glb file starts with 20 bytes, got {len(content)}")
+        raise FileError(
+            f"it is cut off: a .glb file starts with 20 bytes, got {len(content)}", COPY_AGAIN
+        )
     _, version, length, json_length, kind = struct.unpack_from("<5I", content)
     if version != 2:
-        raise FileError(f"it is glTF {version}, and only glTF 2 is read; convert it to glTF 2.0")
+        raise FileError(f"it is glTF {version}, and only glTF 2 is read", "convert it to glTF 2.0")
     if length > len(content) or 20 + json_length > len(content):
-        raise FileError(f"it is cut off: {len(content)} of {max(length, 20 + json_length)} bytes")
+        raise FileError(
+            f"it is cut off: {len(content)} of {max(length, 20 + json_length)} bytes", COPY_AGAIN
+        )
     if kind != _JSON_CHUNK:
         raise FileError("its first chunk is not JSON, as that of a .glb file is")
     text, binary = content[20 : 20 + json_length], None

@@ -114,7 +114,7 @@ class MaskedMaterials:
         except MemoryError:
             raise
         except TooManyTexelsError as error:
-            raise FileError(str(error)) from None
+            raise FileError(str(error), "make its images smaller") from None
         except Exception as error:
             # Pictures are decoded by libraries that fail with any error there is.
             why = f"image {source} cannot be read ({error})"
