@@ -3,12 +3,14 @@
 // Table 3).
 //
 //   begin      a triangle an invocation: cut where the projection ends or far off the map, then settled;
-//   refine     a piece an invocation, in rounds: settled.
+//   refine     a piece an invocation, in rounds: settled;
+//   finish     what the last round would split again: kept as it is.
 //
 // To settle is to write a piece for the rasterizer, or to split it at the middles of its long edges for the
 // next round. An edge alone tells whether and where it is split, so that neighbours fit without cracks.
 // Where a warp is torn between two of its functions no splitting makes an edge short: there it ends with what
-// is no longer, or much thinner, than a function is wide.
+// is no longer, or much thinner, than a function is wide. Not even there where straight edges are curved in the map,
+// of a paraboloid: corners in a line can leave an area for ever. The last round ends that.
 #import projection
 #import warp
 #import lib/counters
@@ -240,6 +242,19 @@ fn prepare_refine() {
 @compute @workgroup_size(GROUP)
 fn refine(invocation: Invocation) {
     let job = job_uniform;
+    let warp = load_warp();
+    let index = index_of_invocation(invocation, GROUP);
+    if index >= counters.current_unfinished {
+        return;
+    }
+    let piece = unfinished[index];
+    settle(job, warp, piece.triangle, piece.a, piece.b, piece.c);
+}
+
+@compute @workgroup_size(GROUP)
+fn finish(invocation: Invocation) {
+    var job = job_uniform;
+    job.longest_edge = FAR;
     let warp = load_warp();
     let index = index_of_invocation(invocation, GROUP);
     if index >= counters.current_unfinished {

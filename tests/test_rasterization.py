@@ -131,6 +131,21 @@ def test_other_lookups_take_the_triangles_of_the_pieces():
     assert triangle.false_shadow_count == 0
 
 
+def test_splitting_ends_where_no_splitting_makes_an_edge_short(engine):
+    """Of a paraboloid with a warp that is torn: corners in a line leave an area in its map."""
+    scene = lx.scenes.plane_and_box()
+    camera = scene.cameras["default"].resized(64, 36)
+    light = lx.PointLight((0.0, 2.2, 0.0))
+    method = lx.method_from("dual_paraboloid+notw@published", resolution=64, tessellation=0.1)
+    frame = lx.render(scene, camera, light, method)
+    counted = ("rasterized", "culled_outside", "culled_by_depth")
+    pieces = sum(frame.stats["shadow map"].get(name, 0) for name in counted)
+    on_cpu = lx.render(scene, camera, light, method, device="cpu")
+    assert pieces == pytest.approx(on_cpu.stats["shadow map"]["rasterized"], rel=0.05)
+    differing = frame.visibility[frame.covered] != on_cpu.visibility[frame.covered]
+    assert differing.mean() < 0.02
+
+
 def test_more_pieces_than_the_device_holds_are_refused():
     *seen, truth = view("plane_and_box")
     with pytest.raises(lx.DeviceError, match=r"tessellation makes more than \d+ pieces"):

@@ -13,6 +13,7 @@ use crate::gpu::scene_tables::{Room, SceneTables};
 use crate::gpu::shader_struct::shader_struct;
 use crate::projection::Projection;
 use crate::rounding::FUNCTION_ROUNDING;
+use std::iter;
 use std::sync::atomic::Ordering;
 
 shader_struct! {
@@ -28,7 +29,7 @@ shader_struct! {
 /// As `Piece` in the shaders.
 const PIECE_BYTES: u64 = 64;
 
-/// Sides of texels are far within their rounding then.
+/// Halvings of an edge. Its parts are far within their rounding then, and what is left is kept as it is.
 const MAX_ROUNDS: u32 = 48;
 
 fn most_pieces(gpu: &Gpu) -> u64 {
@@ -79,13 +80,15 @@ pub fn tessellate(
     let mut dispatches = vec![begin.dispatch(by_triangle)];
     // Without a longest edge nothing is split.
     let rounds = longest_edge.map_or(0, |_| scene.room.split_rounds.load(Ordering::Relaxed));
-    for round in 0..rounds as usize {
+    let last = (rounds == MAX_ROUNDS).then_some("finish");
+    let kernels = iter::repeat_n("refine", rounds as usize).chain(last);
+    for (round, entry_point) in kernels.enumerate() {
         let (from, to) = (&lists[round % 2], &lists[(round + 1) % 2]);
         let prepare = of_list.clone().entry("prepare_refine");
         dispatches.push(prepare.bind(6, from).bind(8, &groups).dispatch(Groups::ONE));
-        let refine = of_triangles.clone().entry("refine");
+        let settle = of_triangles.clone().entry(entry_point);
         let by_piece = Groups::Indirect((*groups).clone(), 0);
-        dispatches.push(refine.bind(6, from).bind(7, to).dispatch(by_piece));
+        dispatches.push(settle.bind(6, from).bind(7, to).dispatch(by_piece));
     }
     frame.pass(label, &dispatches);
     Ok(pieces)
@@ -111,13 +114,6 @@ pub fn had_room(gpu: &Gpu, room: &Room, counters: &Counters) -> Result<bool> {
         return Ok(false);
     }
     if counters.next_unfinished > 0 {
-        let rounds = room.split_rounds.load(Ordering::Relaxed);
-        if rounds >= MAX_ROUNDS {
-            return Err(Error::Device(format!(
-                "tessellation left {} edges that are too long after {MAX_ROUNDS} rounds of splitting",
-                counters.next_unfinished
-            )));
-        }
         room.split_rounds.fetch_max(MAX_ROUNDS, Ordering::Relaxed);
         return Ok(false);
     }
