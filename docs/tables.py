@@ -30,6 +30,7 @@ from lixel.lab import (
     rankings,
     stress,
 )
+from lixel.lab.papers import rows as rows_of_papers
 from lixel.lab.result_tables import read
 from lixel.pictures import plots
 
@@ -477,6 +478,7 @@ def filtered_views() -> str:
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
+    "papers, rows": lambda: markdown(rows_of_papers.commands()),
     "demo, directional light": lambda: demo(0),
     "demo, point light": lambda: demo(1),
     "demo processor": lambda: f"They were measured {times.processor('demo/cpu')}.",

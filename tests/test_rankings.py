@@ -1,5 +1,7 @@
 """The rankings of the papers' methods: whose pixels are counted, and that a table goes on."""
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -29,7 +31,7 @@ def test_lights_are_the_same_at_every_call_and_lamps_outside_of_the_view():
 
 def test_methods_differ_by_what_their_names_say():
     scene = lx.scenes.plane_and_box()
-    suns, lamps = rankings.sun_methods(scene), rankings.lamp_methods(scene)
+    suns, lamps = (methods(scene, 20.0) for methods in rankings.METHODS.values())
     for name, method in {**suns, **lamps}.items():
         if ", exact" in name or ", straight" in name:
             expected = "exact" if ", exact" in name else "linear"
@@ -39,12 +41,14 @@ def test_methods_differ_by_what_their_names_say():
     assert published == lx.NonOrthogonalWarp.published(
         smoothing=8.0, resolution=256, tessellation=0.025
     )
+    automatic = suns["notw automatic, straight"]
+    assert automatic == dataclasses.replace(published, smoothing=20.0)
     assert lamps["cut of the frustum, exact"].cut == "frustum"
     assert suns["uniform, 4 times"].resolution == 4 * suns["rtw, straight"].resolution
 
 
 def test_a_stopped_table_goes_on(monkeypatch, tmp_path, capsys):
-    few = {name: (lambda scene: {"uniform": lx.Uniform(resolution=64)}) for name in ("sun", "lamp")}
+    few = {name: (lambda *_: {"uniform": lx.Uniform(resolution=64)}) for name in ("sun", "lamp")}
     monkeypatch.setenv("LIXEL_DEVICE", "cpu")
     monkeypatch.setattr(rankings, "METHODS", few)
     monkeypatch.setattr(rankings, "BUILT_IN", LITTLE)
@@ -61,6 +65,13 @@ def test_a_stopped_table_goes_on(monkeypatch, tmp_path, capsys):
     (tmp_path / "a.csv").write_text("".join(whole.splitlines(keepends=True)[:-3]))
     assert cli.main(command) == 0
     assert (tmp_path / "a.csv").read_text() == whole
+    # Methods that are new are measured where the others were.
+    lamp = few["lamp"]
+    few["lamp"] = lambda *_: {**lamp(), "cube": lx.Cube(resolution=64)}
+    assert cli.main(command) == 0
+    more = read(tmp_path / "a.csv")["method"].tolist()
+    assert more == ["uniform"] * 8 + ["cube"] * 4
+    (tmp_path / "a.csv").write_text(whole)
     capsys.readouterr()
     sums = rankings.sums(read(tmp_path / "a.csv")).set_index("kind")
     of_suns = table[table["kind"] == "sun"]
@@ -78,7 +89,7 @@ def table_of(wrong):
         for name in ("a", "b")
         for light in (0, 1)
         for kind, methods in rankings.METHODS.items()
-        for method in methods(scene)
+        for method in methods(scene, 20.0)
     )  # fmt: skip
 
 
@@ -97,6 +108,8 @@ def test_ratios_are_those_of_sums_and_views_are_counted():
     # In each view the best: 8 where 16 cells have 30, 5 elsewhere.
     assert rows["best"]["straight: notw / rtw"] == 26 / 40
     assert rows["4"]["exact: fewer in"] == "0 of 4"
+    assert rows["automatic"]["straight: notw / rtw"] == 1.0
+    assert rows["automatic"]["exact: fewer in"] == ""
     scenes = {row["scene"]: row for row in rankings.by_scene(table)}
     assert scenes["a"]["notw / rtw, straight"] == 3.0
     assert scenes["b"]["notw / rtw, straight"] == 0.5

@@ -87,6 +87,7 @@ from .receivers import SeenSurface
 from .reference import Reference, reference
 from .scene import Scene
 from .sequence import render_sequence
+from .smoothing import automatic_smoothing
 from .warps import importance_map, unwarp_points, warp_map, warp_points
 
 __all__ = [
@@ -138,6 +139,7 @@ __all__ = [
     "Variance",
     "VirtualShadowMap",
     "__version__",
+    "automatic_smoothing",
     "clear_cache",
     "compare",
     "coverage",

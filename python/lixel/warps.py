@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .arguments import reals
 from .camera import Camera
-from .frame import Output, frame_parts
+from .frame import Frame, Output, frame_parts
 from .light import Light
 from .methods import Method, method_from
 from .scene import Scene
@@ -165,6 +165,33 @@ def unwarp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.
     return np.stack(
         [_places(functions[0], _index(len(functions[0]), unwarped), x), unwarped], axis=1
     )
+
+
+def receiver_places(frame: Frame, layer: int) -> npt.NDArray[np.float64]:
+    """(n, 2): places in [0, 1] of a layer's map, before any warp, of the receivers that it is for.
+
+    Those that face the light and lie in the layer's region are given, pixel by pixel, but for what
+    a light matrix leaves off the map.
+    """
+    projection, matrix = frame.projections[layer], frame.light_matrix[layer]
+    points = frame.position[frame.facing]
+    homogeneous = np.column_stack([points, np.ones(len(points))])
+    is_own = np.ones(len(points), bool)
+    for plane in projection["region"]:
+        is_own &= homogeneous @ plane >= 0.0
+    q = homogeneous[is_own] @ matrix.T
+    if projection["kind"] == "paraboloid":
+        along = np.linalg.norm(q[:, :3], axis=1) + q[:, 2]
+        texels = projection["centre"] + q[:, :2] / along[:, None] * projection["scale"]
+    else:
+        q = q[q[:, 3] > 0.0]
+        texels = q[:, :2] / q[:, 3:]
+    if projection["kind"] == "log_perspective":
+        texels[:, 1] = projection["centre"][1] - projection["scale"][1] * np.log(texels[:, 1])
+    uv = np.asarray(texels / frame.shadow_map.shape[:0:-1], np.float64)
+    # Rounding may leave one at the border.
+    is_inside = (np.abs(uv - 0.5) < 0.501).all(axis=1)
+    return np.clip(uv[is_inside], 0.0, 1.0)
 
 
 def _functions(warp: npt.ArrayLike) -> Floats:

@@ -30,6 +30,7 @@ from ..pictures import plots
 from ..pictures.plots import axes_or_new
 from ..scene import Scene
 from ..scenes import GENERATORS
+from ..smoothing import automatic_smoothing
 from .accuracy import MAX_DRAWS, evaluate, with_shadow_edges
 from .options import PICTURES, add_output, add_size, natural, path_ending_in
 from .papers.tables import method_of
@@ -57,6 +58,9 @@ BUILT_IN: Mapping[str, Mapping[str, Any]] = {
 SMOOTHINGS = (4.0, 8.0, 16.0, 64.0)
 """Standard deviations, in cells of 256. The papers set theirs by hand."""
 
+AUTOMATIC = "notw automatic"
+"""With the smoothing of `automatic_smoothing`, which differs from view to view."""
+
 RESOLUTION = 256
 """Texels along a side, for images of about as many pixels."""
 
@@ -77,8 +81,9 @@ def biases_of(scene: Scene) -> Mapping[str, Mapping[str, Any]]:
     return {"": {}, ", fixed bias": {"constant_bias": fixed}}
 
 
-def sun_methods(scene: Scene) -> dict[str, Method]:
-    """What is compared in directional lights: a name for each method."""
+def sun_methods(scene: Scene, automatic: float) -> dict[str, Method]:
+    """What is compared in directional lights: a name for each method; one has the automatic
+    smoothing."""
     methods = {name: method_of(name, resolution=RESOLUTION) for name in ("rtw", "notw")}
     for of_bias, bias in biases_of(scene).items():
         own = {"resolution": RESOLUTION, **bias}
@@ -93,10 +98,12 @@ def sun_methods(scene: Scene) -> dict[str, Method]:
             for smoothing in SMOOTHINGS:
                 name = f"notw {smoothing:g}{end}"
                 methods[name] = method_of("notw@published", smoothing=smoothing, **warped)
+        chosen = {**own, **RASTERIZATIONS["straight"], "smoothing": automatic}
+        methods[f"{AUTOMATIC}, straight{of_bias}"] = method_of("notw@published", **chosen)
     return methods
 
 
-def lamp_methods(scene: Scene) -> dict[str, Method]:
+def lamp_methods(scene: Scene, _: float) -> dict[str, Method]:
     """What is compared in point lights outside of the view."""
     methods = {}
     for of_bias, bias in biases_of(scene).items():
@@ -112,7 +119,7 @@ def lamp_methods(scene: Scene) -> dict[str, Method]:
     return methods
 
 
-METHODS: Mapping[str, Callable[[Scene], dict[str, Method]]] = {
+METHODS: Mapping[str, Callable[[Scene, float], dict[str, Method]]] = {
     "sun": sun_methods,
     "lamp": lamp_methods,
 }
@@ -137,20 +144,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Measure what the table does not have yet, append it, and print the sums."""
     before = resume(options.output, options.line)
-    done = {(row["scene"], row["kind"], int(row["light"])) for row in before}
+    done = {(row["scene"], row["kind"], int(row["light"]), row["method"]) for row in before}
     scenes = {name: (scene, camera) for name, scene, camera in _scenes(options.folder)}
     wanted = [
         (name, kind, number)
         for number in range(options.lights)
-        for name in scenes
-        for kind in METHODS
-        if (name, kind, number) not in done
+        for name, (scene, _) in scenes.items()
+        for kind, methods in METHODS.items()
+        if any((name, kind, number, method) not in done for method in methods(scene, 0.0))
     ]
     for name, kind, number in progress(wanted, "views"):
         scene, camera = scenes[name]
         sized = camera.resized(*options.size)
         light = light_of(name, kind, number, scene, sized)
-        counted = evaluate(scene, sized, light, METHODS[kind](scene))
+        automatic = _automatic(scene, sized, light) if kind == "sun" else 0.0
+        methods = {
+            method: own
+            for method, own in METHODS[kind](scene, automatic).items()
+            if (name, kind, number, method) not in done
+        }
+        counted = evaluate(scene, sized, light, methods)
         shared = {"scene": name, "kind": kind, "light": number}
         rows = [{**shared, "method": method, **counts} for method, counts in counted]
         append(options.output, options.line, rows)
@@ -161,6 +174,12 @@ def run(options: argparse.Namespace) -> None:
         figure = needs("matplotlib.figure", "plot").Figure((6.5, 4.2), layout="constrained")
         plot(table, figure.subplots())
         plots.save(figure, options.plot, options.line)
+
+
+def _automatic(scene: Scene, camera: Camera, light: Light) -> float:
+    straight = RASTERIZATIONS["straight"]
+    method = method_of("notw@published", resolution=RESOLUTION, **straight)
+    return automatic_smoothing(scene, camera, light, method)
 
 
 def _scenes(folder: Path | None) -> Iterator[tuple[str, Scene, Camera]]:
@@ -221,20 +240,21 @@ def share_of_views(wrong: pandas.DataFrame, first: str, second: str) -> str:
 
 def by_smoothing(table: pandas.DataFrame, bias: str = "") -> list[dict[str, Any]]:
     """For each smoothing, the misclassified pixels of non-orthogonal warps over those of the
-    rectilinear one, and in how many views they are fewer; last, with the best of the smoothings in
-    each view, as by hand."""
+    rectilinear one, and in how many views they are fewer; last, with the automatic smoothing, and
+    with the best of the others in each view, as by hand."""
     wrong = by_view(table, "sun")
     names = [f"notw {smoothing:g}" for smoothing in SMOOTHINGS]
     for words in RASTERIZATIONS:
         ends = [f"{name}, {words}{bias}" for name in names]
         wrong[f"best, {words}{bias}"] = wrong[ends].min(axis=1)
     rows = []
-    for name in (*names, "best"):
+    for name in (*names, AUTOMATIC, "best"):
         row: dict[str, Any] = {"smoothing, cells": name.removeprefix("notw ")}
         for words in RASTERIZATIONS:
             pair = (f"{name}, {words}{bias}", f"rtw, {words}{bias}")
-            row[f"{words}: notw / rtw"] = ratio(wrong, *pair)
-            row[f"{words}: fewer in"] = share_of_views(wrong, *pair)
+            is_there = pair[0] in wrong
+            row[f"{words}: notw / rtw"] = ratio(wrong, *pair) if is_there else None
+            row[f"{words}: fewer in"] = share_of_views(wrong, *pair) if is_there else ""
         rows.append(row)
     return rows
 

@@ -18,9 +18,10 @@ from ..frame import Frame, render
 from ..light import Light
 from ..methods import Method
 from ..pictures import plots
-from ..pictures.warp_plots import grid_lines, receiver_places, unwarped_depths
+from ..pictures.warp_plots import grid_lines, unwarped_depths
 from ..reference import reference
 from ..scene import Scene
+from ..warps import receiver_places
 from .options import (
     PICTURES,
     add_methods,

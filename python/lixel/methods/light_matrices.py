@@ -129,7 +129,8 @@ class LogPerspective(LightMatrixMethod):
     The paper fits a curve to the apex that is best for each angle between light and view. Here the
     apex that is best is searched for: the one with the least largest perspective aliasing error,
     that of ``frame.largest_aliasing_error``, over what the map must hold. Nothing is taken for
-    nearer than a thousandth of the farthest depth.
+    nearer than a thousandth of the farthest depth. There is no ``"log_psm@published"``, because
+    that curve is not at hand, and the papers whose values lixel holds do not run the method.
 
     Rasterization is exact without tessellation, which lines that a logarithm bends would need
     otherwise; ``rasterization="linear"`` shows what happens.
@@ -175,7 +176,9 @@ class Trapezoidal(LightMatrixMethod):
     The paper lays the trapezoid around the view frustum, ``fit="frustum"``, and focuses on what is
     nearer than a distance from the eye. Where the view covers less than half of the trapezoid's
     length, because the light shines nearly along it, f moves towards :math:`\\xi`, and the
-    trapezoid towards a box, without a jump. So it is a box for an orthographic camera, too.
+    trapezoid towards a box, without a jump. So it is a box for an orthographic camera, too. There
+    is no ``"trapezoidal@published"``: the paper's distance is set by hand for each scene, and the
+    papers whose values lixel holds do not run the method.
 
     Limits: a light along the view has a map that is that of `Focused`. Where most of what is seen
     is far away, as of terrain under a low sun, far texels are larger than those of `Focused`.

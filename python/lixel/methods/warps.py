@@ -264,7 +264,7 @@ class NonOrthogonalWarp(WarpMethod):
     smoothing : float, optional
         Standard deviation, in cells, of the weighted average of counts among neighbouring rows
         (columns). None: a thirty-second of `importance_resolution`, less the rows that share a
-        function.
+        function. The papers set it by hand; `automatic_smoothing` finds one for a view.
     exponent : float
         From 0 to 1: a cell counts as this power of its receivers. 1 is the papers'; less gives more
         texels to what few receivers cover.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..arguments import count
 from ..frame import Frame
-from ..warps import unwarp_points, warp_points
+from ..warps import receiver_places, unwarp_points, warp_points
 from .plots import axes_or_new
 
 if TYPE_CHECKING:
@@ -136,33 +136,6 @@ def receiver_counts(
     when = "after" if warped else "before"
     ax.set_title(f"receivers {when} the warp, at most {counts.max():.0f}")
     return ax
-
-
-def receiver_places(frame: Frame, layer: int) -> npt.NDArray[np.float64]:
-    """(n, 2): places in [0, 1] of a layer's map, before any warp, of the receivers that it is for.
-
-    Those that face the light and lie in the layer's region are given, pixel by pixel, but for what
-    a light matrix leaves off the map.
-    """
-    projection, matrix = frame.projections[layer], frame.light_matrix[layer]
-    points = frame.position[frame.facing]
-    homogeneous = np.column_stack([points, np.ones(len(points))])
-    is_own = np.ones(len(points), bool)
-    for plane in projection["region"]:
-        is_own &= homogeneous @ plane >= 0.0
-    q = homogeneous[is_own] @ matrix.T
-    if projection["kind"] == "paraboloid":
-        along = np.linalg.norm(q[:, :3], axis=1) + q[:, 2]
-        texels = projection["centre"] + q[:, :2] / along[:, None] * projection["scale"]
-    else:
-        q = q[q[:, 3] > 0.0]
-        texels = q[:, :2] / q[:, 3:]
-    if projection["kind"] == "log_perspective":
-        texels[:, 1] = projection["centre"][1] - projection["scale"][1] * np.log(texels[:, 1])
-    uv = np.asarray(texels / frame.shadow_map.shape[:0:-1], np.float64)
-    # Rounding may leave one at the border.
-    is_inside = (np.abs(uv - 0.5) < 0.501).all(axis=1)
-    return np.clip(uv[is_inside], 0.0, 1.0)
 
 
 def shadow_map(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:

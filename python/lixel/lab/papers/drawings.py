@@ -6,7 +6,7 @@ Misclassified pixels are red, as in the papers. Details are where a plain map mi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -25,9 +25,10 @@ from ...pictures.display import shadow_picture
 from ...reference import Reference, reference
 from ...scene import Scene
 from ...scenes import GENERATORS
-from ...warps import warp_points
+from ...warps import receiver_places, warp_points
 from ..report import status
-from . import milet, rosen, vanek
+from . import milet, path, rosen, vanek
+from .fence import fence
 from .measuring import QUICK
 from .tables import SubstituteScene, method_of
 
@@ -46,12 +47,14 @@ CELLS = 128
 
 @dataclass(frozen=True)
 class View:
-    """A scene as one camera sees it in one light, and maps of a size for it."""
+    """A scene as one camera sees it in one light, maps of a size for it, and what else all of its
+    methods have in place of their papers' values."""
 
     scene: Scene
     camera: Camera
     light: Light
     resolution: int
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def truth(self) -> Reference:
@@ -60,7 +63,8 @@ class View:
     def frame(self, method: str | Method, **changes: Any) -> Frame:
         """By a method's spelling, with a map of the view's size."""
         if isinstance(method, str):
-            method = method_of(method, **{"resolution": self.resolution, **changes})
+            own = {"resolution": self.resolution, **self.changes, **changes}
+            method = method_of(method, **own)
         return render(self.scene, self.camera, self.light, method)
 
     def compared(self, frame: Frame) -> Comparison:
@@ -134,7 +138,7 @@ def counts(title: str, places: npt.NDArray[np.float64]) -> Panel:
 def counts_of(title: str, frame: Frame) -> Panel:
     """Of the layer with most receivers, where the frame's warp, if it has one, puts them."""
     layer = fullest_layer(frame)
-    places = warp_plots.receiver_places(frame, layer)
+    places = receiver_places(frame, layer)
     if len(frame.warp_map):
         places = warp_points(frame.warp_map[layer], places)
     return counts(title, places)
@@ -142,7 +146,7 @@ def counts_of(title: str, frame: Frame) -> Panel:
 
 def fullest_layer(frame: Frame) -> int:
     layers = range(len(frame.shadow_map))
-    return max(layers, key=lambda layer: len(warp_plots.receiver_places(frame, layer)))
+    return max(layers, key=lambda layer: len(receiver_places(frame, layer)))
 
 
 # --- Figures ---
@@ -211,6 +215,21 @@ def rosen_figure_8(part: int) -> Grid:
     ]
 
 
+def rosen_figure_10(part: int) -> Grid:
+    """The first view of the path of Figure 9."""
+    view = view_of(rosen.TOWN, (1920, 1080), 2048, part)
+    first = path.cameras(view.scene, (view.camera.width, view.camera.height), range(1))
+    view = replace(view, camera=next(first))
+    methods = path.methods(part)
+    rows = []
+    for name in ("RTW, tessellated, 5 %", "CSM, 4 cascades"):
+        frame = view.frame(methods[name])
+        layers = range(len(frame.shadow_map))
+        maps = [shadow_map(f"map {i + 1} of {len(layers)}", frame, i) for i in layers]
+        rows.append([errors(name, view, frame), *maps])
+    return rows
+
+
 def milet_figure_3(part: int) -> Grid:
     view = view_of(milet.OBSERVATORY, milet.SIZE, milet.RESOLUTION, part)
     places, after_rows, after_both = _steps(view.frame("notw@published"))
@@ -239,7 +258,7 @@ def milet_figure_4(part: int) -> Grid:
 
 def _steps(frame: Frame) -> tuple[npt.NDArray[np.float64], ...]:
     """Receivers in the map, after the functions of the rows, and after those of the columns."""
-    places, warp = warp_plots.receiver_places(frame, 0), frame.warp_map[0]
+    places, warp = receiver_places(frame, 0), frame.warp_map[0]
     identity = np.broadcast_to(np.linspace(0, 1, warp.shape[-1]), warp[1].shape)
     return places, warp_points(np.stack([warp[0], identity]), places), warp_points(warp, places)
 
@@ -289,13 +308,26 @@ def thesis_figure_6(part: int) -> Grid:
 
 
 def vanek_figure(scene: str, light: Light | None, methods: Mapping[str, str], part: int) -> Grid:
-    """1, 6 and 7: methods side by side, and a detail of each."""
-    view = view_of(vanek.SCENES[scene], (1600, 1200), 1024, part, light)
+    """1, 6 and 7."""
+    return of_methods(view_of(vanek.SCENES[scene], (1600, 1200), 1024, part, light), methods)
+
+
+def of_methods(view: View, methods: Mapping[str, str]) -> Grid:
+    """Methods side by side, and a detail of each."""
     frames = {name: view.frame(of) for name, of in methods.items()}
     return [
         [errors(name, view, frame, window) for name, frame in frames.items()]
         for window in (WHOLE, view.detail)
     ]
+
+
+def vanek_figure_2(part: int) -> Grid:
+    """By each texel's own ray: pieces with straight edges have no holes."""
+    scene = fence()
+    camera = scene.cameras["default"].resized(1600 // part, 1200 // part)
+    exact = {"rasterization": "exact"}
+    view = View(scene, camera, scene.lights["default"], 1024 // part, exact)
+    return of_methods(view, PARABOLOIDS)
 
 
 def vanek_figure_5(part: int) -> Grid:
@@ -346,6 +378,7 @@ FIGURES: Mapping[str, Callable[[int], Grid]] = {
     "rosen-figure-3": rosen_figure_3,
     "rosen-figure-6": rosen_figure_6,
     "rosen-figure-8": rosen_figure_8,
+    "rosen-figure-10": rosen_figure_10,
     "milet-figure-3": milet_figure_3,
     "milet-figure-4": milet_figure_4,
     "milet-figure-7": milet_figure_7,
@@ -357,6 +390,7 @@ FIGURES: Mapping[str, Callable[[int], Grid]] = {
     "vanek-figure-1": partial(
         vanek_figure, "Sibenik", _hemisphere("Sibenik", (-0.1, -0.4, -1.0)), PARABOLOIDS
     ),
+    "vanek-figure-2": vanek_figure_2,
     "vanek-figure-5": vanek_figure_5,
     # A uniform map has one direction; a spot light is one that all three can render.
     "vanek-figure-6": partial(vanek_figure, "Car", vanek.SCENES["Car"].spot, WITH_UNIFORM),
@@ -368,10 +402,6 @@ FIGURES: Mapping[str, Callable[[int], Grid]] = {
 }  # fmt: skip
 """Each by a part by which image and map are smaller than the paper's."""
 
-LEFT_OUT = {
-    "vanek-figure-2": "its fence is a texture with holes, and the built-in scenes have none",
-}
-
 
 def draw(names: Sequence[str], folder: Path, *, quick: bool = False) -> list[Path]:
     """Draw figures of `FIGURES`, all without `names`, into files of the folder.
@@ -380,10 +410,9 @@ def draw(names: Sequence[str], folder: Path, *, quick: bool = False) -> list[Pat
     """
     for name in names:
         if name not in FIGURES:
-            reason = f": {LEFT_OUT[name]}" if name in LEFT_OUT else ""
             raise ValueError(
-                f"figure must be one of {', '.join(FIGURES)}, got {name!r}{reason}"
-                f"{'' if reason else did_you_mean(name, FIGURES)}"
+                f"figure must be one of {', '.join(FIGURES)}, got {name!r}"
+                f"{did_you_mean(name, FIGURES)}"
             )
     matplotlib = needs("matplotlib.figure", "plot")
     folder.mkdir(parents=True, exist_ok=True)
@@ -403,6 +432,4 @@ def draw(names: Sequence[str], folder: Path, *, quick: bool = False) -> list[Pat
         figure.suptitle(name)
         paths.append(folder / f"{name}.png")
         plots.save(figure, paths[-1], f"lixel lab papers --figures {name}", dpi=120)
-    for name, reason in LEFT_OUT.items():
-        print(f"left out: {name}, because {reason}")
     return paths
