@@ -385,6 +385,7 @@ WHAT = {
     "accuracy/pages-fine": "the same with pages of 64² and texels of at most half a pixel",
     "angles/cpu": "the largest aliasing error by the angle between light and view",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
+    "departures/cpu": "the same for `dual_paraboloid+notw` and `scene_optimized`, CPU engine",
     "departures/llvmpipe": "what each departure of a default from its paper gains",
     "filters/cpu": "filtered maps against the lit share of 32 samples in each pixel",
     "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pandas as pd
 import pytest
 
@@ -28,6 +30,19 @@ def test_each_departure_changes_what_it_names(name):
             together.update({key: default.parameters()[key] for key in changed})
     # One at a time they are all of the way to the default.
     assert together == default.parameters()
+
+
+@pytest.mark.of_checkout("it reads the results of the repository")
+@pytest.mark.parametrize("name", departures.runs())
+def test_the_gain_of_each_departure_is_known(name):
+    """From the first table that has the method, as the pages of the methods take it."""
+    folder = Path(__file__).parents[1] / "docs" / "results" / "departures"
+    tables = [read(path) for path in sorted(folder.glob("*.parquet"))]
+    table = next(each for each in tables if name in set(each["method"]))
+    summary = departures.summary(table.query("method == @name"))
+    known = dict(zip(summary["departure"], summary["views"], strict=True))
+    assert set(known) == set(departures.departures(name, departures.RESOLUTION)) - {""}
+    assert min(known.values()) >= 5
 
 
 def test_shared_functions_are_those_of_the_default(view):

@@ -165,3 +165,34 @@ def test_the_perspective_of_lispsm_begins_where_it_is_optimal(seen):
     depth = frame.depth[frame.facing]
     near, far = depth.min(), depth.max()
     assert from_eye + near == pytest.approx(near + np.sqrt(near * far), rel=0.01)
+
+
+def test_h_is_the_sum_of_the_squares_of_the_inverse_jacobians():
+    """Chong and Gortler, Eq. 6: of how far the image moves with the map, at each sample; by
+    differences between places on a floor that fills the view."""
+    side = 16
+    corners = np.array([[-50, 0, -50], [-50, 0, 50], [50, 0, 50], [50, 0, -50]], float)
+    floor = lx.Scene(corners, [[0, 1, 2], [0, 2, 3]])
+    eye, target = (1.0, 6.0, 9.0), (0.0, 0.0, -1.0)
+    camera = lx.Camera.look_at(eye, target, yfov=0.6, width=side, height=side)
+    light = lx.DirectionalLight((0.4, -1.0, -0.5))
+    method = lx.SceneOptimized(samples="facing", sample_resolution=side, resolution=SIDE)
+    frame = lx.render(floor, camera, light, method)
+    assert frame.facing.all()
+
+    def texels(pixels: np.ndarray) -> np.ndarray:
+        """Where the map has what a place in the image sees."""
+        image = (2 * pixels / side - 1) * np.tan(camera.yfov / 2) * (1, -1)
+        rays = np.column_stack([image, -np.ones(len(image))]) @ camera.pose[:3, :3].T
+        points = camera.eye - rays * (camera.eye[1] / rays[:, 1:2])
+        q = np.column_stack([points, np.ones(len(points))]) @ frame.light_matrix[0].T
+        return q[:, :2] / q[:, 3:]
+
+    pixels = np.stack(np.meshgrid(*[np.arange(side) + 0.5] * 2), axis=-1).reshape(-1, 2)
+    step = 1e-4
+    jacobian = np.stack(
+        [(texels(pixels + at) - texels(pixels - at)) / (2 * step) for at in step * np.eye(2)],
+        axis=-1,
+    )
+    h = (np.linalg.inv(jacobian) ** 2).sum()
+    assert frame.stats["h"] == pytest.approx(h, rel=1e-4)

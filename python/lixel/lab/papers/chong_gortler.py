@@ -216,10 +216,10 @@ def _percent_more(wrong: float, first: float) -> float:
 def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[str, Any]]:
     """Table 2: time by the number of lights and the size of the map.
 
-    `quick` has images and maps of half the size and about 290,000 triangles; ``chong-2.csv`` goes
-    into the folder. For each number of lights and texels along a side: milliseconds of a frame by
-    each method, the median of five that take turns, and its time over that of `focused`, with the
-    paper's in brackets.
+    `quick` has images and maps of half the size, about 290,000 triangles and one frame each;
+    ``chong-2.csv`` goes into the folder. For each number of lights and texels along a side:
+    milliseconds of a frame by each method, the median of five that take turns, and its time over
+    that of `focused`, with the paper's in brackets.
     """
     part = 2 if quick else 1
     scene, camera = _scene(quick, 1150 // part)
@@ -232,7 +232,7 @@ def running_times(quick: bool = False, folder: Path | None = None) -> list[dict[
             "Focused": method_of("focused@published", resolution=side // part),
             "LiSPSM": method_of("lispsm@published", resolution=side // part),
         }
-        ms = _medians(scene, camera, lit_by[:count], chosen)
+        ms = _medians(scene, camera, lit_by[:count], chosen, _repeats(quick))
         paper = {column: 1e3 / middle(fps) for column, fps in figures[name].items()}
         row: dict[str, Any] = {"lights": count, "map": side // part}
         for column, own in ms.items():
@@ -259,11 +259,13 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
         "Normal": method_of("focused@published", resolution=750 // part),
     }
     lit_by = random_lights(4)
-    wholes = _medians(scene, camera, lit_by, chosen)
+    repeats = _repeats(quick)
+    wholes = _medians(scene, camera, lit_by, chosen, repeats)
     rows = []
     for name, method in chosen.items():
         frames = [
-            [render(scene, camera, light, method).timings for light in lit_by] for _ in range(5)
+            [render(scene, camera, light, method).timings for light in lit_by]
+            for _ in range(repeats)
         ]
         fits = [sum(ms.get(passes.FIT_LIGHT_MATRIX, 0.0) for ms in frame) for frame in frames]
         fit, whole = statistics.median(fits), wholes[name]
@@ -284,12 +286,21 @@ def stages(quick: bool = False, folder: Path | None = None) -> list[dict[str, An
     return rows
 
 
+def _repeats(quick: bool) -> int:
+    """Frames that are timed."""
+    return 1 if quick else 5
+
+
 def _medians(
-    scene: Scene, camera: Camera, lit_by: Sequence[Light], methods: Mapping[str, Method]
+    scene: Scene,
+    camera: Camera,
+    lit_by: Sequence[Light],
+    methods: Mapping[str, Method],
+    repeats: int,
 ) -> dict[str, float]:
-    """Milliseconds of a frame with each method: the median of five, by turns, once all have run."""
+    """Milliseconds of a frame with each method: the median of some, by turns, once all have run."""
     times: dict[str, list[float]] = {name: [] for name in methods}
-    for turn in range(6):
+    for turn in range(repeats + 1):
         for name, method in methods.items():
             ms = wall_ms(partial(render_shadows, scene, camera, list(lit_by), method))
             if turn:
