@@ -2,7 +2,9 @@
 
 use super::bins::{Bin, Bins, Cover};
 use super::known::Known;
-use super::lanes::{LANES, Simd, columns64, dispatch, each_row, f64x8, level, numbers};
+use super::lanes::{
+    LANES, Simd, columns64, dispatch, each_row, f32x8, f64x8, level, numbers, splat, u32x8,
+};
 use super::linear_map::drawn_linear;
 use super::pages::table::PageTable;
 use super::rasterize::{Image, NONE, Painter};
@@ -10,7 +12,7 @@ use super::rays::RayTable;
 use super::receivers::{narrow, splat64};
 use super::tessellate::Piece;
 use super::texels::{EMPTY, Texels, drawn_by};
-use super::tile_rays::TileRays;
+use super::tile_rays::{Taken, TileRays};
 use super::tiles::{TILE, TILE_PIXELS};
 use super::view::{Nearness, Place, Planes, View};
 use super::warp_map::WarpMap;
@@ -163,28 +165,16 @@ fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayT
         .map(|MapView { view, places }| Painter::new(view, scene, places, Cover::Whole))
         .collect();
     let tiling = painters[0].0.tiling;
-    let draw =
-        |rays: &mut TileRays, tile: usize, ids: &mut [u32], texels: &mut [f32; TILE_PIXELS]| {
-            ids.fill(NONE);
-            texels.fill(EMPTY);
-            table.for_each_view(tiling.corner(tile), rays, |view, rays, is_taken| {
-                let (painter, bins) = &painters[view];
-                let mut own_ids = [NONE; TILE_PIXELS];
-                let mut nearness = is_taken.map(|is_taken| match is_taken {
-                    true => f32::NEG_INFINITY,
-                    false => f32::INFINITY,
-                });
-                dispatch!(level(), simd => {
-                    painter.draw_at_rays(simd, bins, rays, (&mut own_ids, &mut nearness));
-                    depths.store(simd, painter, Rays::Table(rays), (&mut own_ids, &mut nearness));
-                });
-                for i in (0..TILE_PIXELS).filter(|&i| is_taken[i]) {
-                    (ids[i], texels[i]) = (own_ids[i], nearness[i]);
-                }
-            });
-        };
     drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
-        draw(rays, tile, ids, texels)
+        ids.fill(NONE);
+        texels.fill(EMPTY);
+        let draw = |view: usize, rays: &TileRays, taken: &Taken| {
+            let (painter, bins) = &painters[view];
+            let texels = (&mut *ids, &mut *texels);
+            dispatch!(level(), simd => depths.draw_at_rays(simd, (painter, bins), rays, taken, texels));
+        };
+        let corner = tiling.corner(tile);
+        dispatch!(level(), simd => table.for_each_view(simd, corner, rays, draw));
     })
 }
 
@@ -272,6 +262,39 @@ impl Depths {
             painter.draw_tile(simd, bins, tile, ids, texels);
             self.store(simd, painter, rays, (ids, texels));
         });
+    }
+
+    /// Draws at rays into the texels of a tile that have them.
+    #[inline(always)]
+    fn draw_at_rays<S: Simd>(
+        &self,
+        simd: S,
+        (painter, bins): (&Painter, &Bins),
+        rays: &TileRays,
+        taken: &Taken,
+        (ids, texels): (&mut [u32], &mut [f32; TILE_PIXELS]),
+    ) {
+        let (mut own_ids, mut nearness) = ([NONE; TILE_PIXELS], [0.0; TILE_PIXELS]);
+        let (open, closed) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
+        for (nearness, mask) in nearness.chunks_exact_mut(LANES).zip(taken.masks(simd)) {
+            mask.select(open, closed).store_slice(nearness);
+        }
+        painter.draw_at_rays(simd, bins, rays, (&mut own_ids, &mut nearness));
+        self.store(
+            simd,
+            painter,
+            Rays::Table(rays),
+            (&mut own_ids, &mut nearness),
+        );
+        for (i, mask) in taken.masks(simd).enumerate() {
+            let eight = i * LANES..(i + 1) * LANES;
+            let [own, known] = [&own_ids[eight.clone()], &ids[eight.clone()]];
+            let id = mask.select(u32x8::from_slice(simd, own), u32x8::from_slice(simd, known));
+            id.store_slice(&mut ids[eight.clone()]);
+            let [own, known] = [&nearness[eight.clone()], &texels[eight.clone()]];
+            let depth = mask.select(f32x8::from_slice(simd, own), f32x8::from_slice(simd, known));
+            depth.store_slice(&mut texels[eight]);
+        }
     }
 
     /// Puts depths in place of how near the texels of a tile are. Behind every receiver nothing is seen that may shadow one.

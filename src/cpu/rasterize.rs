@@ -309,37 +309,38 @@ impl<'a> Tile<'a> {
                 (blocks, covered, nearest) = (blocks & found.touched, found.covered, found.nearest);
             }
             blocks &= mask_bits(farthest.simd_le(nearest + room));
-            let blocks = (by, blocks, covered);
-            self.draw_in_blocks::<S, IS_WIDE, false>(simd, (shapes, lane), id, blocks, rows);
-        }
-    }
-
-    /// Draws into some rows of blocks that are side by side, of which some are covered, and finds what each holds then.
-    #[inline(always)]
-    pub fn draw_in_blocks<S: Simd, const IS_WIDE: bool, const HAS_RAYS: bool>(
-        &mut self,
-        simd: S,
-        (shapes, lane): (&Shapes, usize),
-        id: u32,
-        (by, blocks, covered): (usize, u32, u32),
-        rows: Range<usize>,
-    ) {
-        for bx in bits(blocks) {
-            let is_covered = covered >> bx & 1 != 0;
-            let is_whole = is_covered || rows.len() == BLOCK;
-            let rows = rows.clone();
-            let may_win = if is_covered {
-                self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
-            } else {
-                self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
-            };
-            if is_whole && may_win {
-                self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+            for bx in bits(blocks) {
+                let (is_covered, rows) = (covered >> bx & 1 != 0, rows.clone());
+                let finds_farthest = is_covered || rows.len() == BLOCK;
+                let shape = (shapes, lane, is_covered);
+                if self.draw_in_block::<S, IS_WIDE, false>(simd, shape, id, bx, rows)
+                    && finds_farthest
+                {
+                    self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+                }
             }
         }
     }
 
-    /// Draws into some rows of a block, and tells whether it may have won a pixel. With `HAS_RAYS` columns and rows are those
+    /// Draws into some rows of a block, which is covered or not, and tells whether it may have won a pixel.
+    #[inline(always)]
+    pub fn draw_in_block<S: Simd, const IS_WIDE: bool, const HAS_RAYS: bool>(
+        &mut self,
+        simd: S,
+        (shapes, lane, is_covered): (&Shapes, usize, bool),
+        id: u32,
+        bx: usize,
+        rows: Range<usize>,
+    ) -> bool {
+        match is_covered {
+            true => self.draw_block::<S, IS_WIDE, true, HAS_RAYS>(simd, shapes, lane, id, bx, rows),
+            false => {
+                self.draw_block::<S, IS_WIDE, false, HAS_RAYS>(simd, shapes, lane, id, bx, rows)
+            }
+        }
+    }
+
+    /// The same where what is covered is known when it is compiled. With `HAS_RAYS` columns and rows are those
     /// of the rays.
     #[inline(always)]
     fn draw_block<S: Simd, const IS_WIDE: bool, const IS_COVERED: bool, const HAS_RAYS: bool>(
@@ -483,7 +484,7 @@ impl<'a> Tile<'a> {
     }
 
     #[inline(always)]
-    fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
+    pub fn farthest_of_block<S: Simd>(&self, simd: S, bx: usize, by: usize) -> f32 {
         let mut least = splat(simd, f32::INFINITY);
         for row in by * BLOCK..(by + 1) * BLOCK {
             let place = row * TILE + bx * BLOCK;

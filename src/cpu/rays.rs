@@ -4,13 +4,11 @@
 //! clipped.
 
 use super::bins::{Bin, eights, ids_at, triangles_of};
-use super::lanes::{
-    LANES, Simd, bits, dispatch, f32x8, greatest, least, level, mask_bits, numbers, splat,
-};
+use super::lanes::{LANES, Simd, bits, f32x8, f64x8, greatest, least, mask_bits, numbers, splat};
 use super::rasterize::{Painter, Tile};
 use super::shapes::{Corners, Shapes};
-use super::tile_rays::TileRays;
-use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS};
+use super::tile_rays::{Places, Taken, TileRays};
+use super::tiles::{BLOCKS, TILE, TILE_PIXELS};
 use super::view::{Nearness, View, cube_views};
 use super::warp_map::WarpMap;
 use crate::lanes::{V2, V3};
@@ -87,16 +85,18 @@ impl Painter<'_> {
         let (mut near, mut wide) = (Vec::new(), Vec::new());
         for tile in (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| y * self.tiling.columns + x)) {
             for bin in bins.iter().map(|of_thread| &of_thread[tile]) {
-                wide.extend_from_slice(&bin.wide);
-                for (places, count) in eights(0..bin.near.len()) {
-                    let ids = ids_at(&bin.near, places);
-                    let triangles = triangles_of(self.scene, ids);
-                    let corners = Corners::new(simd, self.places, triangles);
-                    let Corners { x, y, .. } = corners.relative_to(rays.origin);
-                    let meets = (least(x).simd_le(high_x) & low_x.simd_le(greatest(x)))
-                        & (least(y).simd_le(high_y) & low_y.simd_le(greatest(y)));
-                    let meets = mask_bits(meets) & ((1 << count) - 1);
-                    near.extend(bits(meets).map(|lane| ids[lane]));
+                for (list, found) in [(&bin.near, &mut near), (&bin.wide, &mut wide)] {
+                    for (places, count) in eights(0..list.len()) {
+                        let ids = ids_at(list, places);
+                        let triangles = triangles_of(self.scene, ids);
+                        let corners = Corners::new(simd, self.places, triangles);
+                        let anywhere = corners.out_of_reach(simd, self.view);
+                        let Corners { x, y, .. } = corners.relative_to(rays.origin);
+                        let meets = (least(x).simd_le(high_x) & low_x.simd_le(greatest(x)))
+                            & (least(y).simd_le(high_y) & low_y.simd_le(greatest(y)));
+                        let meets = (mask_bits(meets) | anywhere) & ((1 << count) - 1);
+                        found.extend(bits(meets).map(|lane| ids[lane]));
+                    }
                 }
             }
         }
@@ -143,8 +143,13 @@ impl Tile<'_> {
             }
             let (touched, covered, nearest) = rays.blocks(simd, (shapes, lane), by);
             let blocks = met & touched & mask_bits(farthest.simd_le(nearest + room));
-            let (blocks, rows) = ((by, blocks, covered), by * BLOCK..(by + 1) * BLOCK);
-            self.draw_in_blocks::<S, IS_WIDE, true>(simd, (shapes, lane), id, blocks, rows);
+            for bx in bits(blocks) {
+                let shape = (shapes, lane, covered >> bx & 1 != 0);
+                let rows = rays.rows_of_block(simd, (bx, by), sides);
+                if self.draw_in_block::<S, IS_WIDE, true>(simd, shape, id, bx, rows) {
+                    self.farthest[by * BLOCKS + bx] = self.farthest_of_block(simd, bx, by);
+                }
+            }
         }
     }
 }
@@ -199,11 +204,12 @@ impl<'a> RayTable<'a> {
 
     /// The places of a tile's texels before the projection's own rays, in texels.
     #[inline(always)]
-    fn linear_places<S: Simd>(&self, simd: S, (x, y): (usize, usize), places: &mut [DVec2]) {
+    fn linear_places<S: Simd>(&self, simd: S, (x, y): (usize, usize)) -> Places {
         let size = self.projection.width as usize;
         let last = splat(simd, size as f32 - 1.0);
-        for (i, places) in places.chunks_exact_mut(LANES).enumerate() {
-            let (column, row) = (x + i * LANES % TILE, y + i * LANES / TILE);
+        let mut places = [[0.0; TILE_PIXELS]; 2];
+        for first in (0..TILE_PIXELS).step_by(LANES) {
+            let (column, row) = (x + first % TILE, y + first / TILE);
             let texel = V2::new(numbers(simd) + column as f32, splat(simd, row as f32));
             let texel = texel.map(|texel| texel.min(last));
             let (linear, scale) = match self.warp {
@@ -212,54 +218,63 @@ impl<'a> RayTable<'a> {
                     (warp.linear_from_texel(inverses, size, texel), size as f64)
                 }
             };
-            let (x, y): ([f32; LANES], [f32; LANES]) = (linear.x.into(), linear.y.into());
-            for (place, (x, y)) in places.iter_mut().zip(x.into_iter().zip(y)) {
-                *place = DVec2::new(f64::from(x), f64::from(y)) * scale;
+            for (places, linear) in places.iter_mut().zip([linear.x, linear.y]) {
+                let linear: [f32; LANES] = linear.into();
+                let place = f64x8::simd_from(simd, linear.map(f64::from)) * scale;
+                place.store_slice(&mut places[first..first + LANES]);
             }
         }
+        places
     }
 
     /// Gives the rays of a tile in the plane of each view that some of them fall in: the view's number, the rays and the
     /// texels that have them.
-    pub fn for_each_view(
+    #[inline(always)]
+    pub fn for_each_view<S: Simd>(
         &self,
+        simd: S,
         corner: (usize, usize),
         rays: &mut TileRays,
-        mut draw: impl FnMut(usize, &TileRays, &[bool; TILE_PIXELS]),
+        mut draw: impl FnMut(usize, &TileRays, &Taken),
     ) {
         let size = self.projection.width as usize;
-        let mut linear = [DVec2::ZERO; TILE_PIXELS];
-        dispatch!(level(), simd => self.linear_places(simd, corner, &mut linear));
-        let is_inside = |i: usize| corner.0 + i % TILE < size && corner.1 + i / TILE < size;
-        let mut is_taken: [bool; TILE_PIXELS] = std::array::from_fn(is_inside);
-        let mut places = [[0.0; 2]; TILE_PIXELS];
+        let inside = Taken::inside(corner, (size, size));
+        let mut places = self.linear_places(simd, corner);
         let Some(faces) = &self.faces else {
-            for (place, linear) in places.iter_mut().zip(&linear) {
-                *place = self.seen_place(*linear).to_array();
+            if self.straightened.is_some() {
+                self.straighten(&mut places);
             }
-            if rays.set(&places, &is_taken) {
-                draw(0, rays, &is_taken);
+            if rays.set(simd, &places, &inside) {
+                draw(0, rays, &inside);
             }
             return;
         };
         let steps = self.projection.steps();
-        let directions = linear.map(|place| {
-            let centred = place - self.projection.centre;
+        let directions: [DVec3; TILE_PIXELS] = std::array::from_fn(|i| {
+            let centred = DVec2::new(places[0][i], places[1][i]) - self.projection.centre;
             let kind = &self.projection.kind;
             steps * DVec3::from(kind.direction_from_texel(centred.into()))
         });
         let face_of = directions.map(face_of);
         for (face, view) in faces.iter().enumerate() {
-            for i in 0..TILE_PIXELS {
-                is_taken[i] = face_of[i] == face && is_inside(i);
-                if is_taken[i] {
-                    let row = |k: usize| view.rows[k].truncate().dot(directions[i]);
-                    places[i] = [row(0) / row(2), row(1) / row(2)];
-                }
+            let mut taken = Taken::NONE;
+            for i in (0..TILE_PIXELS).filter(|&i| face_of[i] == face && inside.has(i)) {
+                taken.add(i);
+                let row = |k: usize| view.rows[k].truncate().dot(directions[i]);
+                (places[0][i], places[1][i]) = (row(0) / row(2), row(1) / row(2));
             }
-            if rays.set(&places, &is_taken) {
-                draw(face, rays, &is_taken);
+            if rays.set(simd, &places, &taken) {
+                draw(face, rays, &taken);
             }
+        }
+    }
+
+    /// Takes places to where the view sees their rays.
+    #[inline(never)]
+    fn straighten(&self, places: &mut Places) {
+        let [x, y] = places;
+        for (x, y) in x.iter_mut().zip(y) {
+            [*x, *y] = self.seen_place(DVec2::new(*x, *y)).to_array();
         }
     }
 }

@@ -56,15 +56,20 @@ impl<S: Simd> Corners<S> {
     #[inline(always)]
     pub fn wide(&self, simd: S, view: &View) -> u32 {
         let (x, y) = (self.x, self.y);
-        let (reach, rounding) = (splat(simd, view.reach()), view.rounding());
-        let (low_x, high_x, low_y, high_y) = (least(x), greatest(x), least(y), greatest(y));
-        let passes_origin = least(self.side).simd_lt(splat(simd, 0.0));
-        let is_far = (low_x.simd_lt(-reach) | reach.simd_lt(high_x))
-            | (low_y.simd_lt(-reach) | reach.simd_lt(high_y));
-        let size = (high_x - low_x) + (high_y - low_y);
+        let size = (greatest(x) - least(x)) + (greatest(y) - least(y));
         let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
-        let is_thin = area.abs().simd_lt(size * (8.0 * rounding));
-        mask_bits(passes_origin | is_far | is_thin)
+        let is_thin = area.abs().simd_lt(size * (8.0 * view.rounding()));
+        self.out_of_reach(simd, view) | mask_bits(is_thin)
+    }
+
+    /// Those that pass the origin or reach far beside the view: of the others float32 knows the box.
+    #[inline(always)]
+    pub fn out_of_reach(&self, simd: S, view: &View) -> u32 {
+        let (x, y, reach) = (self.x, self.y, splat(simd, view.reach()));
+        let passes_origin = least(self.side).simd_lt(splat(simd, 0.0));
+        let is_far = (least(x).simd_lt(-reach) | reach.simd_lt(greatest(x)))
+            | (least(y).simd_lt(-reach) | reach.simd_lt(greatest(y)));
+        mask_bits(passes_origin | is_far)
     }
 
     #[inline(always)]

@@ -1,10 +1,64 @@
 //! The rays of a tile of a map, where they are no middles of pixels.
 
-use super::lanes::{LANES, Simd, f32x8, greatest_of, least_of, mask_bits, splat};
+use super::lanes::{LANES, Simd, f32x8, f64x8, greatest_of, least_of, mask_bits, mask32x8, splat};
+use super::receivers::narrow;
 use super::shapes::Shapes;
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
 use fearless_simd::prelude::*;
 use glam::DVec2;
+use std::ops::Range;
+
+/// Eights of texels in a tile, row by row.
+const EIGHTS: usize = TILE_PIXELS / LANES;
+
+/// Places of a tile's texels in a plane: columns, rows.
+pub type Places = [[f64; TILE_PIXELS]; 2];
+
+/// Some of a tile's texels: of eight in a row a bit each.
+#[derive(Clone, Copy)]
+pub struct Taken([u8; EIGHTS]);
+
+impl Taken {
+    pub const NONE: Self = Self([0; EIGHTS]);
+
+    /// Those of a tile that lie within an image, whose first pixel that is.
+    pub fn inside((x, y): (usize, usize), (width, height): (usize, usize)) -> Self {
+        let mut taken = Self::NONE;
+        for (i, eight) in taken.0.iter_mut().enumerate() {
+            let (x, y) = (x + i * LANES % TILE, y + i * LANES / TILE);
+            let columns = if y < height {
+                width.saturating_sub(x)
+            } else {
+                0
+            };
+            *eight = u8::MAX
+                .checked_shr(LANES.saturating_sub(columns) as u32)
+                .unwrap_or(0);
+        }
+        taken
+    }
+
+    pub fn add(&mut self, texel: usize) {
+        self.0[texel / LANES] |= 1 << (texel % LANES);
+    }
+
+    pub fn has(&self, texel: usize) -> bool {
+        self.0[texel / LANES] >> (texel % LANES) & 1 != 0
+    }
+
+    #[inline(always)]
+    pub fn masks<S: Simd>(&self, simd: S) -> impl Iterator<Item = mask32x8<S>> {
+        self.0.iter().map(
+            #[inline(always)]
+            move |&eight| mask32x8::from_bitmask(simd, u64::from(eight)),
+        )
+    }
+
+    fn first(&self) -> Option<usize> {
+        let i = self.0.iter().position(|&eight| eight != 0)?;
+        Some(i * LANES + self.0[i].trailing_zeros() as usize)
+    }
+}
 
 /// The rays of a tile's texels, as places in the plane of a view.
 pub struct TileRays {
@@ -14,9 +68,11 @@ pub struct TileRays {
     pub origin: [f32; 2],
     /// No place is farther from it along an axis.
     pub side: f32,
-    /// Of each block, least and greatest places.
+    /// Least and greatest places of each block's rows, block by block.
+    rows: [[f32; EIGHTS]; 4],
+    /// The same of the blocks.
     boxes: [[f32; BLOCKS * BLOCKS]; 4],
-    /// Of the blocks of each row of them.
+    /// The same of the blocks of each row of them.
     row_boxes: [[f32; BLOCKS]; 4],
 }
 
@@ -27,58 +83,53 @@ impl TileRays {
             y: [0.0; TILE_PIXELS],
             origin: [0.0; 2],
             side: 0.0,
+            rows: [[0.0; EIGHTS]; 4],
             boxes: [[0.0; BLOCKS * BLOCKS]; 4],
             row_boxes: [[0.0; BLOCKS]; 4],
         })
     }
 
     /// Takes the places of some texels; the others get that of one of these. `false` where there are none.
-    pub fn set(&mut self, places: &[[f64; 2]], is_taken: &[bool; TILE_PIXELS]) -> bool {
-        let taken = || places.iter().zip(is_taken).filter(|(_, taken)| **taken);
-        let Some((first, _)) = taken().next() else {
+    #[inline(always)]
+    pub fn set<S: Simd>(&mut self, simd: S, places: &Places, taken: &Taken) -> bool {
+        let Some(first) = taken.first() else {
             return false;
         };
-        let origin = first.map(|v| v as f32);
-        self.origin = origin;
-        let relative = |place: &[f64; 2], k: usize| (place[k] - f64::from(origin[k])) as f32;
-        self.side = 0.0;
-        for (i, (place, taken)) in places.iter().zip(is_taken).enumerate() {
-            let place = if *taken { place } else { first };
-            (self.x[i], self.y[i]) = (relative(place, 0), relative(place, 1));
-            self.side = self.side.max(self.x[i].abs()).max(self.y[i].abs());
-        }
-        for block in 0..BLOCKS * BLOCKS {
-            let first = block / BLOCKS * BLOCK * TILE + block % BLOCKS * BLOCK;
-            let mut sides = [
-                f32::INFINITY,
-                f32::NEG_INFINITY,
-                f32::INFINITY,
-                f32::NEG_INFINITY,
-            ];
-            for row in 0..BLOCK {
-                let start = first + row * TILE;
-                let of_row = self.x[start..].iter().zip(&self.y[start..]);
-                for ((&x, &y), &is_taken) in of_row.zip(&is_taken[start..]).take(BLOCK) {
-                    if is_taken {
-                        let [x0, x1, y0, y1] = sides;
-                        sides = [x0.min(x), x1.max(x), y0.min(y), y1.max(y)];
-                    }
-                }
-            }
-            for (side, values) in sides.into_iter().zip(&mut self.boxes) {
-                values[block] = side;
+        self.origin = places.each_ref().map(|along| along[first] as f32);
+        let mut farthest = splat(simd, 0.0);
+        for (k, relative) in [&mut self.x, &mut self.y].into_iter().enumerate() {
+            let origin = f64::from(self.origin[k]);
+            let of_first = splat(simd, (places[k][first] - origin) as f32);
+            for (i, is_taken) in taken.masks(simd).enumerate() {
+                let texels = i * LANES..(i + 1) * LANES;
+                let place = f64x8::from_slice(simd, &places[k][texels.clone()]) - origin;
+                let place = is_taken.select(narrow(place), of_first);
+                place.store_slice(&mut relative[texels]);
+                farthest = farthest.max(place.abs());
+                // Row by row of a tile, where they are kept block by block.
+                let (row, bx) = (i / BLOCKS, i % BLOCKS);
+                let of_block = (row / BLOCK * BLOCKS + bx) * BLOCK + row % BLOCK;
+                let low = is_taken.select(place, splat(simd, f32::INFINITY));
+                let high = is_taken.select(place, splat(simd, f32::NEG_INFINITY));
+                self.rows[2 * k][of_block] = low.reduce_min();
+                self.rows[2 * k + 1][of_block] = high.reduce_max();
             }
         }
-        for by in 0..BLOCKS {
-            let of_row = |k: usize| &self.boxes[k][by * BLOCKS..(by + 1) * BLOCKS];
-            let sides = [
-                least_of(of_row(0)),
-                greatest_of(of_row(1)),
-                least_of(of_row(2)),
-                greatest_of(of_row(3)),
-            ];
-            for (side, values) in sides.into_iter().zip(&mut self.row_boxes) {
-                values[by] = side;
+        self.side = farthest.reduce_max();
+        for k in [0, 2] {
+            for (low, rows) in self.boxes[k].iter_mut().zip(self.rows[k].chunks(BLOCK)) {
+                *low = f32x8::from_slice(simd, rows).reduce_min();
+            }
+            for (high, rows) in self.boxes[k + 1]
+                .iter_mut()
+                .zip(self.rows[k + 1].chunks(BLOCK))
+            {
+                *high = f32x8::from_slice(simd, rows).reduce_max();
+            }
+            for by in 0..BLOCKS {
+                let of_row = by * BLOCKS..(by + 1) * BLOCKS;
+                self.row_boxes[k][by] = least_of(&self.boxes[k][of_row.clone()]);
+                self.row_boxes[k + 1][by] = greatest_of(&self.boxes[k + 1][of_row]);
             }
         }
         true
@@ -136,15 +187,44 @@ impl TileRays {
         boxes_met(simd, self.boxes_of_row(simd, by), sides)
     }
 
+    /// The rows of a block whose rays a triangle's box meets: from the first to the last.
+    #[inline(always)]
+    pub fn rows_of_block<S: Simd>(
+        &self,
+        simd: S,
+        (bx, by): (usize, usize),
+        sides: [f32; 4],
+    ) -> Range<usize> {
+        let met = boxes_met(
+            simd,
+            self.eight_boxes(simd, &self.rows, by * BLOCKS + bx),
+            sides,
+        );
+        let first = by * BLOCK;
+        match met {
+            0 => first..first,
+            _ => first + met.trailing_zeros() as usize..first + 1 + met.ilog2() as usize,
+        }
+    }
+
     #[inline(always)]
     fn boxes_of_row<S: Simd>(&self, simd: S, by: usize) -> [f32x8<S>; 4] {
-        let first = by * BLOCKS;
-        let [x0, x1, y0, y1] = &self.boxes;
+        self.eight_boxes(simd, &self.boxes, by)
+    }
+
+    #[inline(always)]
+    fn eight_boxes<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        [x0, x1, y0, y1]: &[[f32; N]; 4],
+        number: usize,
+    ) -> [f32x8<S>; 4] {
+        let eight = number * LANES..(number + 1) * LANES;
         [
-            f32x8::from_slice(simd, &x0[first..first + LANES]),
-            f32x8::from_slice(simd, &x1[first..first + LANES]),
-            f32x8::from_slice(simd, &y0[first..first + LANES]),
-            f32x8::from_slice(simd, &y1[first..first + LANES]),
+            f32x8::from_slice(simd, &x0[eight.clone()]),
+            f32x8::from_slice(simd, &x1[eight.clone()]),
+            f32x8::from_slice(simd, &y0[eight.clone()]),
+            f32x8::from_slice(simd, &y1[eight]),
         ]
     }
 
