@@ -198,28 +198,63 @@ impl<'p> Painter<'p> {
         let origin = [corner.0 as f32 + 0.5, corner.1 as f32 + 0.5];
         let rounding = self.view.rounding();
         for bin in bins {
-            for (places, count) in eights(0..bin.near.len()) {
-                let ids = ids_at(&bin.near, places);
-                let triangles = triangles_of(self.scene, ids);
-                let corners = Corners::new(simd, self.places, triangles).relative_to(origin);
-                let shapes = Shapes::new(simd, &corners, rounding, SIDE);
-                let boxes = pixel_boxes(simd, &corners, rounding);
-                for lane in 0..count {
-                    if shapes.is_well_known(lane) {
-                        let [x0, x1, y0, y1] = &boxes;
-                        let pixels = [x0[lane], x1[lane], y0[lane], y1[lane]];
-                        let pixels = pixels.map(|pixel| pixel as usize);
-                        tile.draw::<S, false>(simd, &shapes, lane, ids[lane], pixels);
-                    } else {
-                        tile.draw_wide(simd, ids[lane]);
+            for (list, is_wide) in [(&bin.near, false), (&bin.wide, true)] {
+                for (places, count) in eights(0..list.len()) {
+                    let ids = ids_at(list, places);
+                    let eight = self.set_up(simd, ids, is_wide, (origin, SIDE), rounding);
+                    let boxes = pixel_boxes(simd, &eight.corners, rounding);
+                    for lane in 0..count {
+                        let pixels = match eight.anywhere >> lane & 1 {
+                            0 => boxes.each(|side| side[lane] as usize),
+                            _ => [0, TILE - 1, 0, TILE - 1],
+                        };
+                        match eight.wide >> lane & 1 {
+                            0 => {
+                                tile.draw::<S, false>(simd, &eight.shapes, lane, ids[lane], pixels)
+                            }
+                            _ => tile.draw_wide(simd, ids[lane], pixels),
+                        }
                     }
                 }
             }
-            for &id in &bin.wide {
-                tile.draw_wide(simd, id);
-            }
         }
     }
+
+    /// Sets eight triangles up relative to a place, for what is less than `side` from it.
+    #[inline(always)]
+    pub fn set_up<S: Simd>(
+        &self,
+        simd: S,
+        ids: [u32; LANES],
+        is_wide: bool,
+        (origin, side): ([f32; 2], f32),
+        rounding: f32,
+    ) -> EightTriangles<S> {
+        let corners = Corners::new(simd, self.places, triangles_of(self.scene, ids));
+        let anywhere = corners.out_of_reach(simd, self.view);
+        let corners = corners.relative_to(origin);
+        let (mut shapes, mut wide) = (Shapes::NONE, 0xff);
+        if !is_wide {
+            shapes = Shapes::new(simd, &corners, rounding, side);
+            wide = !shapes.well_known(simd);
+        }
+        EightTriangles {
+            corners,
+            anywhere,
+            shapes,
+            wide,
+        }
+    }
+}
+
+/// Triangles that are set up relative to a place.
+pub struct EightTriangles<S: Simd> {
+    pub corners: Corners<S>,
+    /// Those whose corners float32 does not know.
+    pub anywhere: u32,
+    pub shapes: Shapes,
+    /// Those that are set up in float64, not here.
+    pub wide: u32,
 }
 
 /// First and last column and row of the pixels of a tile whose middles eight triangles may hold.
@@ -237,10 +272,12 @@ fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[u32; 
 }
 
 impl Shapes {
-    /// Whether float32 knows well how near one is: one that it does not would make the others' uncertain.
-    pub fn is_well_known(&self, lane: usize) -> bool {
-        let size = self.low[lane].abs().max(self.high[lane].abs());
-        self.rounding[lane] < MAX_ROUNDING * size
+    /// Of which float32 knows well how near they are: one of which it does not would make the others' uncertain.
+    #[inline(always)]
+    fn well_known<S: Simd>(&self, simd: S) -> u32 {
+        let [low, high] = [self.low, self.high].each(|v| f32x8::simd_from(simd, v).abs());
+        let rounding = f32x8::simd_from(simd, self.rounding);
+        mask_bits(rounding.simd_lt(low.max(high) * MAX_ROUNDING))
     }
 }
 
@@ -273,12 +310,12 @@ impl<'a> Tile<'a> {
     }
 
     #[inline(never)]
-    fn draw_wide<S: Simd>(&mut self, simd: S, id: u32) {
+    fn draw_wide<S: Simd>(&mut self, simd: S, id: u32, pixels: [usize; 4]) {
         let seen = (self.view, self.scene);
         if let Some(shapes) = Shapes::wide(seen, id, self.origin(), f64::from(SIDE), 0.0) {
             simd.vectorize(
                 #[inline(always)]
-                || self.draw::<S, true>(simd, &shapes, 0, id, [0, TILE - 1, 0, TILE - 1]),
+                || self.draw::<S, true>(simd, &shapes, 0, id, pixels),
             );
         }
     }

@@ -11,7 +11,7 @@ use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCKS, TILE, TILE_PIXELS};
 use super::view::{Nearness, View, cube_views};
 use super::warp_map::WarpMap;
-use crate::lanes::{V2, V3};
+use crate::lanes::{Each, V2, V3};
 use crate::projection::Projection;
 use crate::sides::Source;
 use fearless_simd::prelude::*;
@@ -41,31 +41,30 @@ impl Painter<'_> {
         tile.find_farthest(simd);
         let (near, wide) = self.near_rays(simd, bins, rays);
         let rounding = 2.0 * self.view.rounding();
-        for (places, count) in eights(0..near.len()) {
-            let ids = ids_at(&near, places);
-            let triangles = triangles_of(self.scene, ids);
-            let corners = Corners::new(simd, self.places, triangles).relative_to(rays.origin);
-            let (x, y) = (corners.x, corners.y);
-            let shapes = Shapes::new(simd, &corners, rounding, rays.side);
-            let sides = [
-                (least(x) - rounding).to_array(),
-                (greatest(x) + rounding).to_array(),
-                (least(y) - rounding).to_array(),
-                (greatest(y) + rounding).to_array(),
-            ];
-            for lane in 0..count {
-                let sides = sides.map(|side| side[lane]);
-                match shapes.is_well_known(lane) {
-                    true => {
-                        let shape = (&shapes, lane, sides);
-                        tile.draw_at_rays::<S, false>(simd, shape, ids[lane], rays);
+        for (list, is_wide) in [(&near, false), (&wide, true)] {
+            for (places, count) in eights(0..list.len()) {
+                let ids = ids_at(list, places);
+                let place = (rays.origin, rays.side);
+                let eight = self.set_up(simd, ids, is_wide, place, rounding);
+                let (x, y) = (eight.corners.x, eight.corners.y);
+                let sides = [
+                    (least(x) - rounding).to_array(),
+                    (greatest(x) + rounding).to_array(),
+                    (least(y) - rounding).to_array(),
+                    (greatest(y) + rounding).to_array(),
+                ];
+                for lane in 0..count {
+                    let sides = match eight.anywhere >> lane & 1 {
+                        0 => sides.each(|side| side[lane]),
+                        _ => EVERYWHERE,
+                    };
+                    let shape = (&eight.shapes, lane, sides);
+                    match eight.wide >> lane & 1 {
+                        0 => tile.draw_at_rays::<S, false>(simd, shape, ids[lane], rays),
+                        _ => tile.draw_wide_at_rays(simd, ids[lane], sides, rays),
                     }
-                    false => tile.draw_wide_at_rays(simd, ids[lane], rays),
                 }
             }
-        }
-        for id in wide {
-            tile.draw_wide_at_rays(simd, id, rays);
         }
     }
 
@@ -112,13 +111,13 @@ impl Painter<'_> {
 
 impl Tile<'_> {
     #[inline(never)]
-    fn draw_wide_at_rays<S: Simd>(&mut self, simd: S, id: u32, rays: &TileRays) {
+    fn draw_wide_at_rays<S: Simd>(&mut self, simd: S, id: u32, sides: [f32; 4], rays: &TileRays) {
         let (seen, side) = ((self.view, self.scene), f64::from(rays.side));
         let rounding = self.view.rounding();
         if let Some(shapes) = Shapes::wide(seen, id, rays.origin(), side, rounding) {
             simd.vectorize(
                 #[inline(always)]
-                || self.draw_at_rays::<S, true>(simd, (&shapes, 0, EVERYWHERE), id, rays),
+                || self.draw_at_rays::<S, true>(simd, (&shapes, 0, sides), id, rays),
             );
         }
     }
