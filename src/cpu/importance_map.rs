@@ -1,7 +1,7 @@
 //! What the receivers make of each cell of the light's map, as `shaders/importance_map.wgsl`, which argues for it.
 
 use super::cells::filled;
-use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level, mask_bits, splat};
+use super::lanes::{LANES, Simd, bits, dispatch, f32x8, indices, level, mask_bits, splat, u32x8};
 use super::light_space::LightSpace;
 use super::receivers::{BlockReceivers, Receivers, function_of, narrow};
 use super::tiles::BLOCK;
@@ -10,6 +10,7 @@ use crate::importance::{BOUNDARY_BLOCK, Factors, Grid, Importance, ImportanceMap
 use crate::lanes::{Each, Lane, V2};
 use crate::projection::{Formulas, KindVisitor, LaneKind};
 use crate::warp::{Axis, Warp};
+use fearless_simd::SimdFrom;
 use glam::DVec3;
 
 /// Words of 32 bits: a float32 number's, or a count.
@@ -139,10 +140,11 @@ impl<S: Simd> KindVisitor for Rows<'_, S> {
 struct Placed {
     u: [f32; LANES],
     v: [f32; LANES],
-    /// Of the cell that each falls in.
-    lines: [f32; LANES],
-    places: [f32; LANES],
+    /// The cell that each falls in.
+    cells: [u32; LANES],
     weights: [f32; LANES],
+    /// The weights as whole numbers of the unit, where cells count by nothing else.
+    counts: [u32; LANES],
     /// Which are on the map.
     mask: u32,
 }
@@ -173,12 +175,14 @@ impl Pass<'_> {
             let [_, _, width] = self.receivers.camera.image_rows();
             weights = kind.texel_width(q) / narrow(function_of(simd, width, point));
         }
+        let [line, place] =
+            [line, place].each(|number| u32x8::simd_from(simd, indices(simd, number)));
         Placed {
             u: u.into(),
             v: v.into(),
-            lines: line.into(),
-            places: place.into(),
+            cells: (line * self.cells + place).into(),
             weights: weights.into(),
+            counts: indices(simd, rounded(weights * self.count_unit.unwrap_or(0.0))),
             mask: mask_bits(on_u) & mask_bits(on_v),
         }
     }
@@ -204,11 +208,12 @@ impl Pass<'_> {
                     place: [row.u[lane], row.v[lane]],
                 });
             }
-            let cell = row.lines[lane] as usize * self.cells as usize + row.places[lane] as usize;
+            let cell = &mut map[row.cells[lane] as usize];
             match self.count_unit {
-                Some(unit) => map[cell] += (weight * unit).round() as u32,
+                Some(_) if !has_factors => *cell += row.counts[lane],
+                Some(unit) => *cell += (weight * unit).round() as u32,
                 // Positive floats are ordered as their bits are.
-                None => map[cell] = map[cell].max(weight.to_bits()),
+                None => *cell = weight.to_bits().max(*cell),
             }
         }
     }
@@ -235,6 +240,13 @@ impl Pass<'_> {
             * weight_of_place(factors.shadow_edge, receiver.place)
             * weight_of_place(factors.map_weights, receiver.place)
     }
+}
+
+/// The nearest whole numbers of positive ones.
+#[inline(always)]
+fn rounded<S: Simd>(numbers: f32x8<S>) -> f32x8<S> {
+    // Just below a half: 0.5 is added without a sum that is rounded up.
+    (numbers + 0.5f32.next_down()).floor()
 }
 
 struct Receiver {

@@ -1,6 +1,6 @@
 //! Shadow maps: which triangle each texel's ray meets first, and how deep.
 
-use super::bins::{Bin, Bins, Cover};
+use super::bins::{Bin, Cover};
 use super::known::Known;
 use super::lanes::{
     LANES, Simd, columns64, dispatch, each_row, f32x8, f64x8, level, numbers, splat, u32x8,
@@ -8,6 +8,7 @@ use super::lanes::{
 use super::linear_map::drawn_linear;
 use super::pages::table::PageTable;
 use super::rasterize::{Image, NONE, Painter};
+use super::ray_bins::{RayBin, ray_bins};
 use super::rays::RayTable;
 use super::receivers::{narrow, splat64};
 use super::tessellate::Piece;
@@ -160,10 +161,12 @@ fn drawn(MapView { view, places }: &MapView, scene: &Scene, depths: &Depths) -> 
 }
 
 fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayTable) -> Texels {
-    let painters: Vec<(Painter, Bins)> = views
-        .iter()
-        .map(|MapView { view, places }| Painter::new(view, scene, places, Cover::Whole))
-        .collect();
+    let painters = views.iter().map(|MapView { view, places }| {
+        let (painter, bins) = Painter::new(view, scene, places, Cover::Whole);
+        let bins = ray_bins(&painter, &bins);
+        (painter, bins)
+    });
+    let painters: Vec<_> = painters.collect();
     let tiling = painters[0].0.tiling;
     drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
         ids.fill(NONE);
@@ -269,7 +272,7 @@ impl Depths {
     fn draw_at_rays<S: Simd>(
         &self,
         simd: S,
-        (painter, bins): (&Painter, &Bins),
+        (painter, bins): (&Painter, &[RayBin]),
         rays: &TileRays,
         taken: &Taken,
         (ids, texels): (&mut [u32], &mut [f32; TILE_PIXELS]),

@@ -29,6 +29,7 @@ pub mod points;
 mod processor;
 mod queries;
 pub mod rasterize;
+mod ray_bins;
 mod rays;
 mod receivers;
 mod shadow_edge;

@@ -3,10 +3,11 @@
 //! faces of a cube around the light. Triangles are drawn at the rays as at the middles of pixels, and nothing is
 //! clipped.
 
-use super::bins::{Bin, eights, ids_at, triangles_of};
+use super::bins::{eights, ids_at};
 use super::lanes::{LANES, Simd, bits, f32x8, f64x8, greatest, least, mask_bits, numbers, splat};
 use super::rasterize::{Painter, Tile};
-use super::shapes::{Corners, Shapes};
+use super::ray_bins::{EVERYWHERE, RayBin};
+use super::shapes::Shapes;
 use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCKS, TILE, TILE_PIXELS};
 use super::view::{Nearness, View, cube_views};
@@ -17,14 +18,6 @@ use crate::sides::Source;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
-/// The box of a triangle that may be anywhere.
-const EVERYWHERE: [f32; 4] = [
-    f32::NEG_INFINITY,
-    f32::INFINITY,
-    f32::NEG_INFINITY,
-    f32::INFINITY,
-];
-
 impl Painter<'_> {
     /// Draws the triangles of bins at rays into the texels that are open: what is held there is `-INFINITY`, elsewhere
     /// `INFINITY`.
@@ -32,7 +25,7 @@ impl Painter<'_> {
     pub fn draw_at_rays<S: Simd>(
         &self,
         simd: S,
-        bins: &[Vec<Bin>],
+        bins: &[RayBin],
         rays: &TileRays,
         (ids, nearness): (&mut [u32], &mut [f32; TILE_PIXELS]),
     ) {
@@ -66,46 +59,6 @@ impl Painter<'_> {
                 }
             }
         }
-    }
-
-    /// The triangles of bins whose boxes meet that of the rays, and those that are set up in float64.
-    #[inline(always)]
-    fn near_rays<S: Simd>(
-        &self,
-        simd: S,
-        bins: &[Vec<Bin>],
-        rays: &TileRays,
-    ) -> (Vec<u32>, Vec<u32>) {
-        let [x0, x1, y0, y1] = rays.tiles(self.tiling);
-        let rounding = 2.0 * self.view.rounding();
-        let [low_x, high_x, low_y, high_y] = rays.sides();
-        let [low_x, low_y] = [low_x, low_y].map(|low| splat(simd, low - rounding));
-        let [high_x, high_y] = [high_x, high_y].map(|high| splat(simd, high + rounding));
-        let (mut near, mut wide) = (Vec::new(), Vec::new());
-        for tile in (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| y * self.tiling.columns + x)) {
-            for bin in bins.iter().map(|of_thread| &of_thread[tile]) {
-                for (list, found) in [(&bin.near, &mut near), (&bin.wide, &mut wide)] {
-                    for (places, count) in eights(0..list.len()) {
-                        let ids = ids_at(list, places);
-                        let triangles = triangles_of(self.scene, ids);
-                        let corners = Corners::new(simd, self.places, triangles);
-                        let anywhere = corners.out_of_reach(simd, self.view);
-                        let Corners { x, y, .. } = corners.relative_to(rays.origin);
-                        let meets = (least(x).simd_le(high_x) & low_x.simd_le(greatest(x)))
-                            & (least(y).simd_le(high_y) & low_y.simd_le(greatest(y)));
-                        let meets = (mask_bits(meets) | anywhere) & ((1 << count) - 1);
-                        found.extend(bits(meets).map(|lane| ids[lane]));
-                    }
-                }
-            }
-        }
-        if (x0, y0) != (x1, y1) {
-            for list in [&mut near, &mut wide] {
-                list.sort_unstable();
-                list.dedup();
-            }
-        }
-        (near, wide)
     }
 }
 

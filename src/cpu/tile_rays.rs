@@ -257,7 +257,7 @@ impl TileRays {
 
 /// Which of eight boxes meet a box.
 #[inline(always)]
-fn boxes_met<S: Simd>(simd: S, [x0, x1, y0, y1]: [f32x8<S>; 4], sides: [f32; 4]) -> u32 {
+pub fn boxes_met<S: Simd>(simd: S, [x0, x1, y0, y1]: [f32x8<S>; 4], sides: [f32; 4]) -> u32 {
     let [low_x, high_x, low_y, high_y] = sides;
     let along_x = x0.simd_le(splat(simd, high_x)) & splat(simd, low_x).simd_le(x1);
     let along_y = y0.simd_le(splat(simd, high_y)) & splat(simd, low_y).simd_le(y1);
