@@ -1,9 +1,11 @@
 //! What the receivers make of each cell of the light's map, as `shaders/importance_map.wgsl`, which argues for it.
 
 use super::cells::filled;
-use super::lanes::{LANES, Simd, bits, dispatch, f32x8, indices, level, mask_bits, splat, u32x8};
+use super::lanes::{
+    LANES, Simd, bits, dispatch, f32x8, indices, level, mask_bits, narrow, splat, u32x8,
+};
 use super::light_space::LightSpace;
-use super::receivers::{BlockReceivers, Receivers, function_of, narrow};
+use super::receivers::{BlockReceivers, Receivers, function_of};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
 use crate::importance::{BOUNDARY_BLOCK, Factors, Grid, Importance, ImportanceMap};

@@ -129,6 +129,13 @@ pub fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
     f32x8::simd_from(simd, value)
 }
 
+/// Rounded to float32.
+#[inline(always)]
+pub fn narrow<S: Simd>(v: f64x8<S>) -> f32x8<S> {
+    let (low, high) = v.split();
+    low.narrow(high)
+}
+
 #[inline(always)]
 pub fn least<S: Simd>([a, b, c]: [f32x8<S>; 3]) -> f32x8<S> {
     a.min(b).min(c)

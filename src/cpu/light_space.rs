@@ -1,7 +1,7 @@
 //! Receivers in the projection space of a layer, eight at once.
 
-use super::lanes::{Simd, f32x8, f64x8, splat};
-use super::receivers::{BlockPlaces, BlockReceivers, Receivers, function_of, narrow, splat64};
+use super::lanes::{Simd, f32x8, f64x8, narrow, splat};
+use super::receivers::{BlockPlaces, BlockReceivers, Receivers, function_of, splat64};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
 use crate::lanes::{Each, V3};

@@ -3,14 +3,14 @@
 use super::bins::{Bin, Cover};
 use super::known::Known;
 use super::lanes::{
-    LANES, Simd, columns64, dispatch, each_row, f32x8, f64x8, level, numbers, splat, u32x8,
+    LANES, Simd, columns64, dispatch, each_row, f32x8, f64x8, level, narrow, numbers, splat, u32x8,
 };
 use super::linear_map::drawn_linear;
 use super::pages::table::PageTable;
 use super::rasterize::{Image, NONE, Painter};
 use super::ray_bins::{RayBin, ray_bins};
 use super::rays::RayTable;
-use super::receivers::{narrow, splat64};
+use super::receivers::splat64;
 use super::tessellate::Piece;
 use super::texels::{EMPTY, Texels, drawn_by};
 use super::tile_rays::{Taken, TileRays};

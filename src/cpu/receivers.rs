@@ -1,6 +1,6 @@
 //! Receivers: where the ray of each pixel meets the plane of its triangle, in float64.
 
-use super::lanes::{LANES, Simd, bits, columns64, each_row, f32x8, f64x8, mask32x8, u32x8};
+use super::lanes::{LANES, Simd, bits, columns64, each_row, f32x8, f64x8, mask32x8, narrow, u32x8};
 use super::rasterize::{Image, NONE};
 use super::tiles::{BLOCK, TILE};
 use super::view::{Nearness, View};
@@ -456,12 +456,6 @@ fn row_dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
 pub fn function_of<S: Simd>(simd: S, row: DVec4, [x, y, z]: &[f64x8<S>; 3]) -> f64x8<S> {
     let last = z.mul_add(splat64(simd, row.z), splat64(simd, row.w));
     x.mul_add(splat64(simd, row.x), y.mul_add(splat64(simd, row.y), last))
-}
-
-#[inline(always)]
-pub fn narrow<S: Simd>(v: f64x8<S>) -> f32x8<S> {
-    let (low, high) = v.split();
-    low.narrow(high)
 }
 
 impl<S: Simd> BlockPlaces<S> {

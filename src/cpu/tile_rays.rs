@@ -1,7 +1,8 @@
 //! The rays of a tile of a map, where they are no middles of pixels.
 
-use super::lanes::{LANES, Simd, f32x8, f64x8, greatest_of, least_of, mask_bits, mask32x8, splat};
-use super::receivers::narrow;
+use super::lanes::{
+    LANES, Simd, f32x8, f64x8, greatest_of, least_of, mask_bits, mask32x8, narrow, splat,
+};
 use super::shapes::Shapes;
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
 use fearless_simd::prelude::*;

@@ -5,11 +5,9 @@
 //! surface would give neighbours that are turned another way levels of their own, and so pages.
 
 use crate::camera::Rays;
-use crate::cpu::lanes::{LANES, Simd, bits, dispatch, f64x8, level};
+use crate::cpu::lanes::{LANES, Simd, bits, dispatch, f64x8, level, narrow};
 use crate::cpu::light_space::LightSpace;
-use crate::cpu::receivers::{
-    BlockReceivers, KnownPlanes, Receivers, dot, function_of, narrow, splat64,
-};
+use crate::cpu::receivers::{BlockReceivers, KnownPlanes, Receivers, dot, function_of, splat64};
 use crate::cpu::tiles::{BLOCK, TILE, TILE_PIXELS};
 use crate::fits::layer::Layer;
 use crate::lanes::Each;
