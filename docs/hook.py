@@ -10,11 +10,16 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import io
+import os
 import re
+import subprocess
+import sys
+import tempfile
 import textwrap
 from functools import cache
 from pathlib import Path
 
+import diagrams
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -66,6 +71,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     results = (RESULTS / "README.md").read_text(encoding="utf-8")
     add("results.md", re.sub(r"\[([^]]+)\]\(\.\./[^)]+\)", r"`\1`", results))
     add("virtual_pages.png", pages_figure())
+    for name, draw in diagrams.DIAGRAMS.items():
+        add(f"concepts/{name}.svg", diagrams.svg(draw))
+    for name, content in saved_by(files.src_uris["tutorial.md"].content_string):
+        add(f"tutorial/{name}", content)
     add("side_by_side.png", (folder / "side_by_side.png").read_bytes())
     picture = folder / "time_against_error.png"
     if picture.exists():
@@ -76,6 +85,18 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     return markdown.replace("<!-- gallery -->", gallery())
+
+
+def saved_by(page: str) -> list[tuple[str, bytes]]:
+    """The pictures that the examples of a page save."""
+    code = "\n".join(re.findall(r"^```python\n(.*?)^```$", page, flags=re.M | re.S))
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "MPLBACKEND": "agg", "LIXEL_DEVICE": "cpu"}
+        subprocess.run(
+            [sys.executable, "-c", code], cwd=folder, env=environment, check=True,
+            stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        return [(path.name, path.read_bytes()) for path in sorted(Path(folder).glob("*.png"))]
 
 
 # --- Pages ---

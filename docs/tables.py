@@ -480,6 +480,7 @@ def filtered_views() -> str:
 
 BLOCKS: dict[str, Callable[[], str]] = {
     "papers, rows": lambda: markdown(rows_of_papers.commands()),
+    "six rows": times.six_rows,
     "demo, directional light": lambda: demo(0),
     "demo, point light": lambda: demo(1),
     "demo processor": lambda: f"They were measured {times.processor('demo/cpu')}.",

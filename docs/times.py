@@ -60,6 +60,37 @@ def other_renderers(light: str) -> str:
     return markdown(rows)
 
 
+def six_rows() -> str:
+    """The methods of the README's picture, Mitsuba's rays and Embree's, in one view."""
+    maps = read(RESULTS / "sponza-cpu.csv").query("resolution == 1024").set_index("method")
+    peers = read(RESULTS / "peers" / "sponza-sun.csv").set_index("renderer")
+    covered = maps["covered_count"].iloc[0]
+    found = {
+        f"`{name}`, a map of 1024²": (
+            maps.loc[name, "wall_ms"],
+            maps.loc[name, "misclassified_count"],
+        )
+        for name in ("uniform", "rtw", "notw")
+    }
+    others = {
+        "`exact`": "lixel exact",
+        "Mitsuba 3, rays": "Mitsuba 3 llvm_ad_rgb",
+        "Embree by embreex, rays": "embreex",
+    }
+    for words, name in others.items():
+        found[words] = peers.loc[name, "ms, median"], peers.loc[name, "misclassified"]
+    table = markdown(
+        {
+            "by": words,
+            "ms": f"{ms:,.0f}",
+            "misclassified": f"{wrong:,.0f}",
+            "% of covered": f"{100 * wrong / covered:.4f}",
+        }
+        for words, (ms, wrong) in found.items()
+    )
+    return f"{table}\n\nMeasured {processor('peers/sponza-sun')}."
+
+
 def beside_rays() -> str:
     """`exact` and the fastest ray caster."""
     rows = {}

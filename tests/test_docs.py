@@ -8,6 +8,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import diagrams
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import tables
@@ -102,6 +104,28 @@ def test_every_method_has_a_page(site):
         # Equations are drawn, and nothing of the docstring's own markup is left.
         assert ("<svg" in page.split("<article")[1]) == (".. math::" in (method.__doc__ or ""))
         assert "math::" not in page
+
+
+def test_the_drawings_of_concepts_show_what_their_page_says():
+    edges = diagrams.edges().axes[0].images[0].get_array()
+    wrong = np.argwhere((edges == diagrams.colour(diagrams.RED)).all(axis=-1))
+    assert 100 < len(wrong) < 2000
+    # Whole texels are one answer, so that wrong pixels come in blocks along the edge.
+    assert len(np.unique(wrong // 10, axis=0)) < len(wrong) / 5
+    titles = [ax.get_title() for ax in diagrams.warps().axes]
+    counts = [int(re.sub(r"\D", "", title)) for title in titles]
+    assert [title.partition(":")[0] for title in titles] == ["desired_view", "rtw", "notw"]
+    assert counts == sorted(counts, reverse=True)
+    stripes, enough, leak = diagrams.bias().axes
+    dark, falsely_lit = (
+        [ax.lines[i].get_ydata() for ax in (stripes, enough, leak)] for i in (1, 2)
+    )
+    changes = [np.count_nonzero(np.diff(np.isnan(y))) for y in dark]
+    assert changes[0] > 10
+    assert changes[1:] == [2, 0]
+    # Of 400 places below the plate.
+    assert [np.count_nonzero(~np.isnan(y)) > 350 for y in falsely_lit] == [False, False, True]
+    plt.close("all")
 
 
 def test_every_public_name_is_in_the_api(site):
