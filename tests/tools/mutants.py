@@ -1,9 +1,9 @@
 """Break the formulas that errors hide in, one at a time: tests must fail.
 
 `python tests/tools/mutants.py -o docs/results/stability/mutants.csv` copies the project to
-target/mutants, changes one formula at a time, builds, and runs the tests named with it: a minute or
-two each, or seconds where it is a shader's, which the copy reads when it runs. A mutant that
-survives is a gap in the tests.
+target/mutants, changes one formula at a time, and runs the tests named with it. It builds once: all
+mutants of Rust functions are compiled together, and shaders are read when they are run. Tests of
+shaders run on whatever adapter there is. A mutant that survives is a gap in the tests.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import core_library
 from mutant_list import MUTANTS
+from mutant_switch import VARIABLE, switch
 
 from lixel.lab.result_tables import write
 
@@ -47,34 +49,48 @@ def read_shaders_when_run(folder: Path) -> None:
     path.write_text(text)
 
 
-def run(folder: Path, command: list[str]) -> subprocess.CompletedProcess[str]:
+class Copy(NamedTuple):
+    """The project, and what runs of it: a mutant by its number, and the engine of all tests that
+    name none."""
+
+    folder: Path
+    mutant: int
+    device: str
+
+
+def run(copy: Copy, command: list[str]) -> subprocess.CompletedProcess[str]:
     """Built with what compiles fast."""
     environment = {
         **os.environ,
-        "PYTHONPATH": str(folder / "python"),
-        "CARGO_TARGET_DIR": str(folder / "target"),
+        VARIABLE: str(copy.mutant),
+        "LIXEL_DEVICE": copy.device,
+        "PYTHONPATH": str(copy.folder / "python"),
+        "CARGO_TARGET_DIR": str(copy.folder / "target"),
         "CARGO_INCREMENTAL": "1",
         "CARGO_PROFILE_RELEASE_DEBUG": "0",
         "CARGO_PROFILE_RELEASE_OPT_LEVEL": "1",
     }
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    return subprocess.run(command, cwd=copy.folder, env=environment, capture_output=True, text=True)
 
 
-def failing_test(folder: Path, tests: tuple[str, ...]) -> str:
+def failing_test(copy: Copy, tests: tuple[str, ...]) -> str:
     """The first test that fails, none if all pass."""
     kind, *options = tests
     if kind == "cargo":
-        ended = run(folder, ["cargo", "test", "--release", "--locked", *options])
+        command = ["cargo", "test", "--release", "--locked", *options, "--", "--include-ignored"]
+        ended = run(copy, command)
         found = re.search(r"^test (\S+) \.\.\. FAILED$", ended.stdout, re.MULTILINE)
     else:
-        ended = run(folder, ["cargo", "build", "--release", "--locked", "--lib"])
+        ended = run(copy, ["cargo", "build", "--release", "--locked", "--lib"])
         if ended.returncode != 0:
             raise RuntimeError(ended.stderr)
-        built = folder / "target" / "release"
-        core_library.install(built, folder / "python" / "lixel")
-        ended = run(folder, [sys.executable, "-m", "pytest", "-q", "-x", *options])
+        built = copy.folder / "target" / "release"
+        core_library.install(built, copy.folder / "python" / "lixel")
+        ended = run(copy, [sys.executable, "-m", "pytest", "-q", "-x", *options])
         found = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
     if ended.returncode == 0:
+        if not re.search(r"[1-9][0-9]* passed", ended.stdout):
+            raise RuntimeError(f"{' '.join(tests)} runs no test")
         return ""
     if found is None:
         raise RuntimeError(f"no test failed, but:\n{ended.stdout}\n{ended.stderr}")
@@ -88,7 +104,8 @@ def main() -> int:
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write a table")
     options = parser.parse_args()
-    chosen = [mutant for mutant in MUTANTS if options.only in (None, mutant.subject)]
+    numbered = dict(enumerate(MUTANTS, start=1))
+    chosen = {n: m for n, m in numbered.items() if options.only in (None, m.subject)}
     command = "python tests/tools/mutants.py" + (
         f" --only '{options.only}'" if options.only else ""
     )
@@ -96,17 +113,22 @@ def main() -> int:
     folder = ROOT / "target" / "mutants"
     copy_project(folder)
     read_shaders_when_run(folder)
-    for tests in dict.fromkeys(mutant.tests for mutant in chosen):
-        if broken := failing_test(folder, tests):
-            raise RuntimeError(f"{broken} fails without a mutant")
-    for mutant in chosen:
-        path = folder / mutant.file
-        text = path.read_text()
-        if text.count(mutant.old) != 1:
+    for mutant in numbered.values():
+        if (folder / mutant.file).read_text().count(mutant.old) != 1:
             raise RuntimeError(f"{mutant.file} must have {mutant.old!r} once")
-        path.write_text(text.replace(mutant.old, mutant.new))
-        by = failing_test(folder, mutant.tests)
-        path.write_text(text)
+    compiled = switch(folder, numbered)
+    for device, tests in dict.fromkeys((mutant.device, mutant.tests) for mutant in chosen.values()):
+        if broken := failing_test(Copy(folder, 0, device), tests):
+            raise RuntimeError(f"{broken} fails without a mutant")
+    for number, mutant in chosen.items():
+        if number in compiled:
+            by = failing_test(Copy(folder, number, mutant.device), mutant.tests)
+        else:
+            path = folder / mutant.file
+            text = path.read_text()
+            path.write_text(text.replace(mutant.old, mutant.new))
+            by = failing_test(Copy(folder, 0, mutant.device), mutant.tests)
+            path.write_text(text)
         print(f"{mutant.subject}, {mutant.name}: {by or 'survives'}", flush=True)
         row = {"subject": mutant.subject, "mutant": mutant.name, "file": mutant.file}
         rows.append({**row, "killed": bool(by), "by": by})
