@@ -333,7 +333,10 @@ mod tests {
         };
         let mut count = 0;
         for i in 0..500 {
-            let (middle, spread, light) = (8.0 * vector(), vector().abs(), 12.0 * vector());
+            // From within the scene, and wide from far outside of it.
+            let scale = if i % 4 < 2 { 1.0 } else { 8.0 };
+            let (middle, spread) = (scale * 8.0 * vector(), scale * vector().abs());
+            let light = 12.0 * vector();
             // Rays that all go one way, and rays that end in one point.
             let has_end = i % 2 == 0;
             let ray_from = |origin: DVec3, spread: DVec3| {

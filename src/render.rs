@@ -530,3 +530,5 @@ fn check_image(gpu: &Gpu, camera: &Camera) -> Result<()> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod variants;

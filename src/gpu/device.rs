@@ -33,9 +33,27 @@ pub struct Gpu {
     /// First error that no call returned; the frame that finds it fails with it.
     error: Arc<Mutex<Option<String>>>,
     lost: Arc<Mutex<Option<String>>>,
-    /// What a compiler may make of a shader, done before it is compiled.
     #[cfg(test)]
-    rewrite: fn(String) -> String,
+    variant: Variant,
+}
+
+/// What a device does otherwise than the one that there is.
+#[cfg(test)]
+pub struct Variant {
+    /// What a compiler may make of a shader, done before it is compiled.
+    pub rewrite: fn(String) -> String,
+    /// Whether scratch memory holds nothing of use before it is written.
+    pub spoils_scratch: bool,
+}
+
+#[cfg(test)]
+impl Default for Variant {
+    fn default() -> Self {
+        Self {
+            rewrite: |source| source,
+            spoils_scratch: false,
+        }
+    }
 }
 
 /// A shader, its entry points, and its constants by name and bits.
@@ -139,15 +157,24 @@ impl Gpu {
             error,
             lost,
             #[cfg(test)]
-            rewrite: |source| source,
+            variant: Variant::default(),
         })
     }
 
-    /// A device of its own whose shaders are rewritten.
+    /// A device of its own.
     #[cfg(test)]
-    pub fn rewriting(rewrite: fn(String) -> String) -> Arc<Self> {
+    pub fn variant(variant: Variant) -> Arc<Self> {
         let gpu = Self::new(&adapter("").unwrap()).unwrap();
-        Arc::new(Self { rewrite, ..gpu })
+        Arc::new(Self { variant, ..gpu })
+    }
+
+    /// Fills scratch memory with bits that are no number of use, if the variant does.
+    #[cfg(test)]
+    pub fn spoil(&self, buffer: &wgpu::Buffer) {
+        if self.variant.spoils_scratch {
+            let bytes = vec![0xa5; buffer.size() as usize];
+            self.queue.write_buffer(buffer, 0, &bytes);
+        }
     }
 
     pub fn has_timestamps(&self) -> bool {
@@ -369,7 +396,7 @@ impl Gpu {
     fn module(&self, shader: Shader) -> wgpu::ShaderModule {
         let source = shader.compose();
         #[cfg(test)]
-        let source = (self.rewrite)(source);
+        let source = (self.variant.rewrite)(source);
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(shader.file),
             source: wgpu::ShaderSource::Wgsl(source.into()),

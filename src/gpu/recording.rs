@@ -108,7 +108,10 @@ impl Recording {
         if self.reads_in_place() {
             usage |= BufferUsages::MAP_READ;
         }
-        self.gpu.pool.scratch(what, size, usage)
+        let buffer = self.gpu.pool.scratch(what, size, usage)?;
+        #[cfg(test)]
+        self.gpu.spoil(&buffer);
+        Ok(buffer)
     }
 
     /// A storage buffer that holds the values; not pooled, as uniforms are not.

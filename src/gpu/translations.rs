@@ -5,6 +5,8 @@ use naga::back::{PipelineConstants, hlsl, msl, pipeline_constants::process_overr
 use naga::valid::ModuleInfo;
 use naga::{Module, ScalarKind, ShaderStage, TypeInner};
 use rayon::prelude::*;
+use std::io::Write;
+use std::process::{Command, Stdio};
 
 /// The constants of a shader that are true or false, all of them set.
 fn all_set(module: &Module) -> PipelineConstants {
@@ -77,4 +79,57 @@ fn every_pipeline_is_in_the_languages_of_all_backends() {
     });
     let count: usize = count.sum();
     assert!(count > 500, "{count}");
+}
+
+/// What the validator of Khronos has to say against a module, all of its entry points together.
+fn refused_by_validator(module: &Module, info: &ModuleInfo) -> Option<String> {
+    let options = spv::Options {
+        // The oldest that ray queries are in.
+        lang_version: (1, 4),
+        ..spv::Options::default()
+    };
+    let words = spv::write_vec(module, info, &options, None).unwrap();
+    let mut validator = Command::new("spirv-val")
+        .args(["--target-env", "vulkan1.2", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = validator.stdin.take().unwrap();
+    input.write_all(bytemuck::cast_slice(&words)).unwrap();
+    drop(input);
+    let output = validator.wait_with_output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    (!output.status.success()).then(|| String::from_utf8_lossy(&said).into_owned())
+}
+
+#[test]
+#[ignore = "runs spirv-val: LIXEL_DEVICE=gpu"]
+fn the_spirv_of_every_pipeline_is_valid() {
+    if Command::new("spirv-val").arg("--version").output().is_err() {
+        // Where the script installs what tests need, it is there.
+        if cfg!(target_os = "linux") {
+            panic!("spirv-val is missing");
+        }
+        return;
+    }
+    MODULES.par_iter().for_each(|(shader, module)| {
+        let info = validated(*shader, module);
+        for constants in [PipelineConstants::default(), all_set(module)] {
+            let (module, info) = process_overrides(module, &info, None, &constants).unwrap();
+            let refused = refused_by_validator(&module, &info);
+            assert_eq!(refused, None, "{shader:?}");
+        }
+    });
+    // It knows what is wrong.
+    let (shader, module) = &MODULES[0];
+    let info = validated(*shader, module);
+    let constants = PipelineConstants::default();
+    let (module, info) = process_overrides(module, &info, None, &constants).unwrap();
+    let mut module = module.into_owned();
+    for (_, variable) in module.global_variables.iter_mut() {
+        variable.binding = None;
+    }
+    assert!(refused_by_validator(&module, &info).is_some());
 }

@@ -1,13 +1,14 @@
 use super::*;
 use crate::bvh::Everything;
+use crate::gpu::device::Variant;
 use crate::gpu::{self, Gpu};
-use crate::reference::reference;
+use crate::reference::{Reference, reference};
 use glam::{DMat4, DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::atomic::Ordering;
 
 /// A floor, and over it rows of small squares.
-fn floor_and_squares(floor: f64) -> Scene {
+pub(super) fn floor_and_squares(floor: f64) -> Scene {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     let mut add = |centre: DVec3, side: f64| {
@@ -25,7 +26,7 @@ fn floor_and_squares(floor: f64) -> Scene {
     Scene::new(vertices, triangles).unwrap()
 }
 
-fn looking_down() -> Camera {
+pub(super) fn looking_down() -> Camera {
     let turned = DQuat::from_rotation_x(-FRAC_PI_2);
     Camera::new(
         DMat4::from_rotation_translation(turned, DVec3::new(0.0, 6.0, 0.0)),
@@ -37,8 +38,32 @@ fn looking_down() -> Camera {
     .unwrap()
 }
 
-fn sun() -> Light {
+pub(super) fn sun() -> Light {
     Light::directional(DVec3::new(0.3, -1.0, 0.2)).unwrap()
+}
+
+/// The image that a method with its defaults finds.
+pub(super) fn shadows(
+    gpu: &Arc<Gpu>,
+    (scene, camera, light): (&Scene, &Camera, &Light),
+    name: &str,
+) -> Result<Vec<f32>> {
+    let schema = Method::schema(name)?;
+    let method = Method::new(schema, &schema.defaults())?;
+    let outputs = Outputs::from_names(&[], true)?;
+    let engine = Engine::Gpu(gpu.clone());
+    let cache = SceneCache::default();
+    let mut frames = render(&engine, scene, &cache, camera, &[light], &method, outputs)?;
+    Ok(frames.remove(0).visibility)
+}
+
+/// Pixels off ties that are not as the reference says.
+pub(super) fn wrong_pixels(found: &[f32], truth: &Reference) -> usize {
+    let pixels = found.iter().zip(&truth.visibility).zip(&truth.tie);
+    let is_wrong = |((found, truth), is_tie): &((&f32, &f32), &bool)| {
+        found.to_bits() != truth.to_bits() && !**is_tie
+    };
+    pixels.filter(is_wrong).count()
 }
 
 #[test]
@@ -160,25 +185,21 @@ fn contracted_products_change_no_exact_shadow() {
     let near = floor_and_squares(8.0);
     let truth = reference(&near, &Everything(&near), &camera, &light);
     let scene = floor_and_squares(1e6);
-    let wrong_pixels = |gpu: &Arc<Gpu>, name| {
-        let schema = Method::schema(name).unwrap();
-        let method = Method::new(schema, &schema.defaults()).unwrap();
-        let outputs = Outputs::from_names(&[], true).unwrap();
-        let engine = Engine::Gpu(gpu.clone());
-        let (cache, lights) = (SceneCache::default(), [&light]);
-        let rendered = render(&engine, &scene, &cache, &camera, &lights, &method, outputs);
-        let visibility = rendered.unwrap().remove(0).visibility;
-        let pixels = visibility.iter().zip(&truth.visibility).zip(&truth.tie);
-        let is_wrong = |((found, truth), is_tie): &((&f32, &f32), &bool)| {
-            found.to_bits() != truth.to_bits() && !**is_tie
-        };
-        pixels.filter(is_wrong).count()
+    let wrong = |gpu: &Arc<Gpu>, name| {
+        let found = shadows(gpu, (&scene, &camera, &light), name).unwrap();
+        wrong_pixels(&found, &truth)
+    };
+    let rewriting = |rewrite| {
+        Gpu::variant(Variant {
+            rewrite,
+            ..Variant::default()
+        })
     };
     for rewrite in [contracted_on_the_left, contracted_on_the_right] {
-        let gpu = Gpu::rewriting(rewrite);
+        let gpu = rewriting(rewrite);
         for name in ["exact", "ray_traced", "shadow_volumes"] {
-            assert_eq!(wrong_pixels(&gpu, name), 0, "{name}");
+            assert_eq!(wrong(&gpu, name), 0, "{name}");
         }
     }
-    assert!(wrong_pixels(&Gpu::rewriting(turned), "shadow_volumes") > 100);
+    assert!(wrong(&rewriting(turned), "shadow_volumes") > 100);
 }
