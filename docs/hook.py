@@ -73,8 +73,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     add("virtual_pages.png", pages_figure())
     for name, draw in diagrams.DIAGRAMS.items():
         add(f"concepts/{name}.svg", diagrams.svg(draw))
-    for name, content in saved_by(files.src_uris["tutorial.md"].content_string):
-        add(f"tutorial/{name}", content)
+    for page in ("tutorial", "holes"):
+        for name, content in saved_by(files.src_uris[f"{page}.md"].content_string):
+            add(f"{page}/{name}", content)
     add("side_by_side.png", (folder / "side_by_side.png").read_bytes())
     picture = folder / "time_against_error.png"
     if picture.exists():
@@ -199,7 +200,7 @@ def measurements(name: str) -> list[str]:
             continue
         first, made = rows.iloc[0], table.attrs
         lines = [
-            "| scene | map | GPU ms | quartiles | misclassified | % of covered | false shadow |",
+            "| scene | map | ms | quartiles | misclassified | % of covered | false shadow |",
             "|---|---|---|---|---|---|---|",
         ]
         for row in rows.itertuples():
