@@ -70,7 +70,7 @@ def demo(light: int) -> str:
 
 
 def gain_of_exact_rasterization() -> str:
-    table = read(RESULTS / "departures" / "llvmpipe.parquet")
+    table = read(RESULTS / "departures" / "cpu.parquet")
     rows = departures.summary(table).query("departure == 'rasterization'").set_index("method")
     names = ("notw", "min_sm+notw", "cube+notw")
     return (
@@ -385,8 +385,7 @@ WHAT = {
     "accuracy/pages-fine": "the same with pages of 64² and texels of at most half a pixel",
     "angles/cpu": "the largest aliasing error by the angle between light and view",
     "auto/llvmpipe": "what `lx.Auto` is calibrated on, and scenes that it was not made from",
-    "departures/cpu": "the same for `dual_paraboloid+notw` and `scene_optimized`, CPU engine",
-    "departures/llvmpipe": "what each departure of a default from its paper gains",
+    "departures/cpu": "what each departure of a default from its paper gains",
     "filters/cpu": "filtered maps against the lit share of 32 samples in each pixel",
     "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
     "papers/rankings": "the papers' methods as published, by scenes and random lights",
