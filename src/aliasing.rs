@@ -4,8 +4,8 @@ use crate::camera::Camera;
 use crate::light::Light;
 use crate::projection::Projection;
 use crate::region::Region;
-use crate::warp::Warp;
-use glam::{DVec2, DVec3};
+use crate::warp::{Warp, Warping};
+use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Where a layer took the light's rays.
@@ -14,7 +14,15 @@ pub struct RenderedLayer {
     /// Of the receivers that it is for.
     pub region: Region,
     /// None where it has none, or it was not asked for.
-    pub warp: Option<Warp>,
+    pub warp: Option<Warping<Warp>>,
+}
+
+impl RenderedLayer {
+    /// As `Warping::steps`; those of a map without a warp are its own.
+    fn steps(&self, uv: DVec2) -> (DMat2, DVec2) {
+        let warp = self.warp.as_ref();
+        warp.map_or((DMat2::IDENTITY, DVec2::ONE), |warp| warp.steps(uv))
+    }
 }
 
 /// The aliasing error m = w'_l / w'_i of each pixel: the width of the beam of the light's texel over
@@ -52,10 +60,9 @@ pub fn aliasing_error(
             let to_light = light.vector_from_point(point).normalize();
             let to_eye = -camera.sight_of(point - camera.eye).normalize();
             let size = DVec2::new(f64::from(map.width), f64::from(map.height));
-            let scale = layer.warp.as_ref().map_or(DVec2::ONE, |warp| {
-                warp.scale(map.texel_from_point(point).truncate() / size)
-            });
-            let area_of_texel = map.kind.texel_area(map, steps, point) / (scale.x * scale.y);
+            let (warped, scale) = layer.steps(map.texel_from_point(point).truncate() / size);
+            let area_of_texel = map.kind.texel_area(map, steps, point) * warped.determinant().abs()
+                / (scale.x * scale.y);
             let width_of_texel = area_of_texel.sqrt();
             let width_of_pixel = image.kind.texel_area(&image, &image_steps, point).sqrt();
             let cosines = normal.dot(to_eye).abs() / normal.dot(to_light).abs();
@@ -106,8 +113,10 @@ fn sides_of_texel(layer: &RenderedLayer, point: DVec3) -> Option<DVec2> {
     if !is_inside || (map.kind.is_central() && depth <= 0.0) {
         return None;
     }
-    let warp = layer.warp.as_ref();
-    let scale = warp.map_or(DVec2::ONE, |warp| warp.scale(texel / size));
+    let (warped, scale) = layer.steps(texel / size);
+    if warped.is_nan() {
+        return None;
+    }
     let beam = map.ray_from_texel(texel).1.normalize();
     let side = |step: DVec2| {
         let ends = [texel - 0.5 * STEP * step, texel + 0.5 * STEP * step].map(|end| {
@@ -117,7 +126,7 @@ fn sides_of_texel(layer: &RenderedLayer, point: DVec3) -> Option<DVec2> {
         let along = (ends[1] - ends[0]) / STEP;
         (along - beam * along.dot(beam)).length()
     };
-    Some(DVec2::new(side(DVec2::X), side(DVec2::Y)) / scale)
+    Some(DVec2::new(side(warped.x_axis), side(warped.y_axis)) / scale)
 }
 
 /// Of a texel: what its sides are measured over.
@@ -149,7 +158,7 @@ pub fn max_effective_resolution(
                 uniform.kind.smallest_texel(&uniform, region) * width / lengths
             }
         };
-        resolution * warp.as_ref().map_or(DVec2::ONE, Warp::greatest_scale)
+        resolution * warp.as_ref().map_or(DVec2::ONE, Warping::greatest_scale)
     });
     let greatest = resolutions.reduce(DVec2::max);
     greatest.unwrap_or(DVec2::NAN)

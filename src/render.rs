@@ -31,7 +31,7 @@ use crate::region::Region;
 use crate::scene::Scene;
 use crate::sides;
 use crate::stats::{Fact, Stats};
-use crate::warp::Warp;
+use crate::warp::{Warp, Warping};
 use glam::DVec2;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -208,7 +208,10 @@ fn render_on_cpu(mut frame: cpu::Frame, method: &Method, outputs: Outputs) -> Re
         rendered.layers.push(RenderedLayer {
             projection,
             region,
-            warp: layer.plan.warp.map(|warp| warp.warp),
+            warp: layer
+                .plan
+                .warp
+                .map(|warp| warp.map_functions(|map| map.warp)),
         });
     }
     Ok(Rendered {
@@ -499,11 +502,11 @@ impl LayerReads {
             rendered.importance_maps.push((cells, cells, values));
         }
         let warp = match &self.warp {
-            Some((layout, read)) => Some(Warp {
+            Some((layout, read)) => Some(Warping::Functions(Warp {
                 functions: layout.functions[0] as usize,
                 boundaries: layout.cells[0] as usize + 1,
                 values: results.take(read)?,
-            }),
+            })),
             None => None,
         };
         let Layer { projection, region } = self.fitted;

@@ -7,6 +7,7 @@ use crate::fits::samples::SampledReceivers;
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
 use crate::paging::Paging;
+use crate::warp::tables::Table;
 use crate::warp::{Axis, CountFit};
 
 /// Who searches for the triangles that a ray may meet.
@@ -72,7 +73,7 @@ pub type LayerOf<'a, V> = WarpedLayer<<V as Verbs<'a>>::Warp, <V as Verbs<'a>>::
 pub trait Verbs<'a>: FitQueries<'a> + Sized {
     /// What a method gives back: the visibility image and the layers it was looked up in.
     type Recorded;
-    /// Functions along both axes of a map.
+    /// Functions along both axes of a map, or a table.
     type Warp;
     /// Numbers in the engine's memory.
     type Values;
@@ -185,6 +186,9 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
 
     /// Functions as somebody gives them: their values along x, then along y.
     fn set_functions(&mut self, warp: &mut Self::Warp, values: &[f32]);
+
+    /// A warp by a table of samples, finished.
+    fn sampled_warp(&mut self, table: &Table, resolution: u32) -> Result<Self::Warp>;
 
     /// Inverses, once the functions along both axes are there.
     fn finish_warp(&mut self, warp: &mut Self::Warp, resolution: u32);

@@ -1,8 +1,12 @@
-//! Warps as values: the functions of `shaders/warp/grid.wgsl`, read back.
+//! Warps as values: the functions of `shaders/warp/grid.wgsl`, read back, and tables of samples.
+
+pub mod samples;
+pub mod tables;
 
 use crate::lanes::{Each, Lane, V2};
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 use rayon::prelude::*;
+use samples::SampledWarp;
 
 /// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations in a shader.
 pub const MAX_CELLS: u32 = 16384;
@@ -37,6 +41,48 @@ impl CountFit {
 /// The standard deviation of a blur of maxima, in cells: no blur is a narrow one, and none is wider than the map.
 pub fn blur_within(cells: u32, sigma: f64) -> f64 {
     sigma.clamp(1e-3, f64::from(cells))
+}
+
+/// What says where the rays of a map's texels are before its warp: functions, in the form that an engine has them, or a
+/// table.
+pub enum Warping<Functions> {
+    Functions(Functions),
+    Samples(SampledWarp),
+}
+
+impl<F> Warping<F> {
+    pub fn functions(&self) -> Option<&F> {
+        match self {
+            Self::Functions(functions) => Some(functions),
+            Self::Samples(_) => None,
+        }
+    }
+
+    pub fn map_functions<G>(self, change: impl FnOnce(F) -> G) -> Warping<G> {
+        match self {
+            Self::Functions(functions) => Warping::Functions(change(functions)),
+            Self::Samples(samples) => Warping::Samples(samples),
+        }
+    }
+}
+
+impl Warping<Warp> {
+    /// At linear map coordinates, the steps from a texel to the next before the warp, along rows and columns, in texels,
+    /// times how much the warp widens along each. Not numbers where the map has no texel.
+    pub fn steps(&self, uv: DVec2) -> (DMat2, DVec2) {
+        match self {
+            Self::Functions(warp) => (DMat2::IDENTITY, warp.scale(uv)),
+            Self::Samples(samples) => (samples.steps(uv).unwrap_or(DMat2::NAN), DVec2::ONE),
+        }
+    }
+
+    /// How much it widens along rows and columns where it widens most.
+    pub fn greatest_scale(&self) -> DVec2 {
+        match self {
+            Self::Functions(warp) => warp.greatest_scale(),
+            Self::Samples(samples) => samples.greatest_scale(),
+        }
+    }
 }
 
 /// Monotone functions along x, one for each band of rows, and along y, one for each band of columns,

@@ -25,6 +25,7 @@ __all__ = [
     "parameters",
     "reference",
     "render",
+    "sampled_points",
     "shadows_at",
     "surface",
 ]
@@ -117,9 +118,9 @@ def parameters(method: str) -> list[dict[str, Any]]:
 
     Of each its `name`, `default`, `unit` (empty where it has none), `is_optional` (whether None is
     a value, too), `rule` (``"flag"``, ``"count"``, ``"number"``, ``"choice"``, ``"lookup"``,
-    ``"product"``, ``"weights"``, ``"matrix"`` or ``"maps"``), `choices` (the words of a choice, a
-    lookup or a product), `max` (of a count or a number, None where there is none) and `must_be`,
-    the words of the errors.
+    ``"product"``, ``"weights"``, ``"matrix"``, ``"functions"``, ``"samples"`` or ``"maps"``),
+    `choices` (the words of a choice, a lookup or a product), `max` (of a count or a number, None
+    where there is none) and `must_be`, the words of the errors.
     """
 
 def check_parameters(method: str, values: dict[str, Any]) -> dict[str, Any]:
@@ -154,7 +155,7 @@ class Rendered:
         """(layers, h, w)."""
     @property
     def warp_map(self) -> npt.NDArray[np.float32] | None:
-        """(layers, 2, functions, cells + 1)."""
+        """(layers, 2, functions, cells + 1), or (layers, h, w, 2) of a warp by samples."""
     @property
     def light_matrix(self) -> npt.NDArray[np.float64] | None:
         """(layers, 4, 4): before any warp, (column, row, depth, w) in texels from world."""
@@ -248,6 +249,18 @@ def device(device: str | None = None) -> dict[str, Any]:
 
     Of an adapter also its limits and the features used; of the CPU engine its lanes and its
     threads. Raises as `engine` does.
+    """
+
+def sampled_points(
+    samples: npt.ArrayLike, points: npt.NDArray[np.float64], is_inverse: bool
+) -> npt.NDArray[np.float64]:
+    """Where a warp by samples (h, w, 2) takes points (n, 2), or with `is_inverse` where it takes
+    them from; NaN where it does not reach.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Samples that are no warp.
     """
 
 def shadows_at(

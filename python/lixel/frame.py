@@ -79,7 +79,7 @@ class Frame(Receivers):
     warp_map : (layers, 2, functions, cells + 1) float32
         The warp's functions along x, one for each band of rows, and along y, one for each band of
         columns: values in [0, 1] at the boundaries of cells, linear in between. No layers where a
-        method has none.
+        method has none. Of a `GivenWarp` by samples (layers, h, w, 2), the samples.
     shadow_map : (layers, h, w) float32
         Depth from the light in [0, 1], 1 where empty. It is whole here; `render_shadows` draws only
         what receivers look at. Of `VirtualShadowMap` (pages, h, w): those of its pages.

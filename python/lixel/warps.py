@@ -7,6 +7,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
 from .arguments import reals
 from .camera import Camera
 from .frame import Frame, Output, frame_parts
@@ -74,6 +75,7 @@ def warp_map(
         Values in [0, 1] at the boundaries of cells, linear in between: along x, one function for
         each band of rows, and along y, one for each band of columns. One function of each for rtw.
         Less the identity, ``np.linspace(0, 1, cells + 1)``, they are the papers' displacements.
+        Of a `GivenWarp` by samples (layers, h, w, 2), the samples.
 
     Raises
     ------
@@ -107,20 +109,23 @@ def warp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.fl
 
     Parameters
     ----------
-    warp : (2, functions, cells + 1) array
-        A layer of a `warp_map`: along x, then along y; from 0 to 1, and nowhere falling.
+    warp : (2, functions, cells + 1) or (h, w, 2) array
+        A layer of a `warp_map`: along x, then along y; from 0 to 1, and nowhere falling. Or the
+        samples of a `GivenWarp`, more than two rows of them, whose inverse is taken.
     points : (n, 2) array
         (x, y) in [0, 1], from the left and from the top of the map; others are taken to its border.
 
     Returns
     -------
     (n, 2) float64
-        Places in [0, 1] of the warped map.
+        Places in [0, 1] of the warped map; NaN, or up to half a step beyond it, where samples do
+        not reach.
 
     Raises
     ------
     ValueError, TypeError
-        A warp or points of another shape or kind, or functions that fall.
+        A warp or points of another shape or kind, functions that fall, or samples without an
+        inverse.
 
     Examples
     --------
@@ -128,6 +133,8 @@ def warp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.fl
     >>> warp_points(identity, [[0.3, 0.9]]).tolist()
     [[0.3, 0.9]]
     """
+    if _is_table(warp):
+        return _core.sampled_points(warp, _places_in_map(points), False)
     functions = _functions(warp)
     x, y = _places_in_map(points).T
     warped = _values(functions[0], _index(len(functions[0]), y), x)
@@ -144,7 +151,7 @@ def unwarp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.
 
     Parameters
     ----------
-    warp : (2, functions, cells + 1) array
+    warp : (2, functions, cells + 1) or (h, w, 2) array
         As for `warp_points`.
     points : (n, 2) array
         (x', y') in [0, 1] of the warped map; others are taken to its border.
@@ -159,6 +166,8 @@ def unwarp_points(warp: npt.ArrayLike, points: npt.ArrayLike) -> npt.NDArray[np.
     ValueError, TypeError
         As for `warp_points`.
     """
+    if _is_table(warp):
+        return _core.sampled_points(warp, _places_in_map(points), True)
     functions = _functions(warp)
     x, y = _places_in_map(points).T
     unwarped = _places(functions[1], _index(len(functions[1]), x), y)
@@ -192,6 +201,15 @@ def receiver_places(frame: Frame, layer: int) -> npt.NDArray[np.float64]:
     # Rounding may leave one at the border.
     is_inside = (np.abs(uv - 0.5) < 0.501).all(axis=1)
     return np.clip(uv[is_inside], 0.0, 1.0)
+
+
+def _is_table(warp: npt.ArrayLike) -> bool:
+    """Whether these are samples. Two rows of them are taken for functions of one cell."""
+    try:
+        shape = np.shape(warp)
+    except ValueError:  # A ragged list, which is refused by name later.
+        return False
+    return len(shape) == 3 and shape[0] != 2 and shape[2] == 2
 
 
 def _functions(warp: npt.ArrayLike) -> Floats:

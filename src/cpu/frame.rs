@@ -9,7 +9,7 @@ use super::rasterize::{Image, rasterize};
 use super::receivers::Receivers;
 use super::tiles::{TILE, TILE_PIXELS, Tiling};
 use super::view::View;
-use super::warp_map::WarpMap;
+use super::warp_map::CpuWarp;
 use super::{lanes, processor};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
@@ -177,7 +177,7 @@ pub struct DrawnLayer {
 }
 
 /// A layer before it has texels.
-pub type PlannedLayer = WarpedLayer<WarpMap, Words>;
+pub type PlannedLayer = WarpedLayer<CpuWarp, Words>;
 
 impl<'a> Frame<'a> {
     /// Draws what the camera sees, unless it is known. With `culls` what is known is taken.

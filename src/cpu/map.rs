@@ -16,7 +16,7 @@ use super::texels::{EMPTY, Texels, drawn_by};
 use super::tile_rays::{Taken, TileRays};
 use super::tiles::{TILE, TILE_PIXELS};
 use super::view::{Nearness, Place, Planes, View};
-use super::warp_map::WarpMap;
+use super::warp_map::CpuWarp;
 use crate::error::Result;
 use crate::projection::Projection;
 use crate::scene::Scene;
@@ -45,7 +45,7 @@ pub struct MapView {
 impl Map {
     pub fn new(
         projection: &Projection,
-        warp: Option<&WarpMap>,
+        warp: Option<&CpuWarp>,
         scene: &Scene,
         light: Source,
     ) -> Self {

@@ -11,7 +11,7 @@ use super::shapes::Shapes;
 use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCKS, TILE, TILE_PIXELS};
 use super::view::{Nearness, View, cube_views};
-use super::warp_map::WarpMap;
+use super::warp_map::CpuWarp;
 use crate::lanes::{Each, V2, V3};
 use crate::projection::Projection;
 use crate::sides::Source;
@@ -109,7 +109,7 @@ impl Tile<'_> {
 /// How the texels of a map take their rays, where that is not by a regular grid.
 pub struct RayTable<'a> {
     projection: &'a Projection,
-    warp: Option<&'a WarpMap>,
+    warp: Option<&'a CpuWarp>,
     /// What sees the rays, where edges are not straight in the map itself.
     straightened: Option<Projection>,
     /// The faces of a cube around the light, where rays go to all sides.
@@ -120,7 +120,7 @@ impl<'a> RayTable<'a> {
     /// `None` where rays are a regular grid.
     pub fn new(
         projection: &'a Projection,
-        warp: Option<&'a WarpMap>,
+        warp: Option<&'a CpuWarp>,
         light: Source,
     ) -> Option<Self> {
         let straightened = projection.kind.straightened(projection);
@@ -166,9 +166,7 @@ impl<'a> RayTable<'a> {
             let texel = texel.map(|texel| texel.min(last));
             let (linear, scale) = match self.warp {
                 None => (texel.map(|texel| texel + 0.5), 1.0),
-                Some(WarpMap { warp, inverses }) => {
-                    (warp.linear_from_texel(inverses, size, texel), size as f64)
-                }
+                Some(warp) => (warp.linear_from_texel(size, texel), size as f64),
             };
             for (places, linear) in places.iter_mut().zip([linear.x, linear.y]) {
                 let linear: [f32; LANES] = linear.into();

@@ -22,7 +22,7 @@ use super::shadow_edge::shadow_edge;
 use super::shadow_rays::shadow_rays;
 use super::shadow_volumes::shadow_volumes;
 use super::tessellate::tessellate;
-use super::warp_map::WarpMap;
+use super::warp_map::{CpuWarp, WarpMap};
 use crate::camera::Camera;
 use crate::error::Result;
 use crate::fits::layer::Layer;
@@ -36,7 +36,9 @@ use crate::projection::Projection;
 use crate::sides::Source;
 use crate::stats::ReceiverCounts;
 use crate::verbs::{FitQueries, Traversal, Verbs};
-use crate::warp::{Axis, CountFit};
+use crate::warp::samples::SampledWarp;
+use crate::warp::tables::Table;
+use crate::warp::{Axis, CountFit, Warp, Warping};
 use glam::DVec2;
 use std::sync::Arc;
 use std::time::Instant;
@@ -129,7 +131,8 @@ impl Frame<'_> {
         let (map, pieces) = self.timed(SHADOW_MAP_LABEL, |_| match rasterization {
             Rasterization::Exact => Ok((Map::new(projection, warp, scene, light), None)),
             Rasterization::Linear { longest_edge } => {
-                let pieces = tessellate(projection, warp, scene, longest_edge)?;
+                let functions = warp.and_then(Warping::functions);
+                let pieces = tessellate(projection, functions, scene, longest_edge)?;
                 let map = Map::linear(projection, scene, light, &pieces)?;
                 Ok((map, Some(pieces.len())))
             }
@@ -148,10 +151,11 @@ impl Frame<'_> {
         filter: FilteredMap,
     ) -> Result<FilteredTexels> {
         let (projection, warp) = (&plan.layer.projection, plan.warp.as_ref());
-        filter.check_warp(warp.map_or(1, |warp| warp.warp.functions))?;
+        let functions = warp.and_then(Warping::functions);
+        filter.check_warp(functions.map_or(1, |map| map.warp.functions))?;
         check_map_of(projection, FilteredTexels::bytes_of_texel(filter))?;
         Ok(self.timed(MOMENTS_LABEL, |_| {
-            FilteredTexels::new(projection, warp, map, filter)
+            FilteredTexels::new(projection, functions, map, filter)
         }))
     }
 
@@ -206,7 +210,7 @@ impl Recorded {
 
 impl<'a> Verbs<'a> for Frame<'a> {
     type Recorded = Recorded;
-    type Warp = WarpMap;
+    type Warp = CpuWarp;
     type Values = Words;
     type Analysed = Analysed;
 
@@ -332,10 +336,10 @@ impl<'a> Verbs<'a> for Frame<'a> {
         cells: u32,
         importance: Importance,
         factors: Factors<Words>,
-        warp: Option<&WarpMap>,
+        warp: Option<&CpuWarp>,
     ) -> Result<ImportanceMap<Words>> {
         self.camera.check_float32(self.scene.bounds())?;
-        let warp = warp.map(|map| &map.warp);
+        let warp = functions_of(warp);
         Ok(self.timed(IMPORTANCE_LABEL, |frame| {
             importance_map(&frame.receivers(), layer, cells, importance, factors, warp)
         }))
@@ -357,47 +361,68 @@ impl<'a> Verbs<'a> for Frame<'a> {
         &mut self,
         importance: &mut ImportanceMap<Words>,
         old: OldImportance,
-        warp: Option<&WarpMap>,
+        warp: Option<&CpuWarp>,
     ) -> Result<()> {
         self.timed(BLEND_LABEL, |_| {
-            blend_importance(importance, old, warp.map(|map| &map.warp));
+            blend_importance(importance, old, functions_of(warp));
         });
         Ok(())
     }
 
-    fn warp(&mut self, functions: u32, cells: u32, _: u32) -> Result<WarpMap> {
-        Ok(WarpMap::new(functions, cells))
+    fn warp(&mut self, functions: u32, cells: u32, _: u32) -> Result<CpuWarp> {
+        Ok(Warping::Functions(WarpMap::new(functions, cells)))
     }
 
     fn fit_counts(
         &mut self,
-        warp: &mut WarpMap,
+        warp: &mut CpuWarp,
         axis: Axis,
         _: u32,
         counts: &ImportanceMap<Words>,
         fit: CountFit,
     ) -> Result<()> {
-        self.timed(WARP_LABEL, |_| warp.fit_counts(axis, counts, fit));
+        self.timed(WARP_LABEL, |_| fitted(warp).fit_counts(axis, counts, fit));
         Ok(())
     }
 
     fn fit_maxima(
         &mut self,
-        warp: &mut WarpMap,
+        warp: &mut CpuWarp,
         axis: Axis,
         _: u32,
         importance: &ImportanceMap<Words>,
         sigma: f64,
     ) -> Result<()> {
-        self.timed(WARP_LABEL, |_| warp.fit_maxima(axis, importance, sigma));
+        self.timed(WARP_LABEL, |_| {
+            fitted(warp).fit_maxima(axis, importance, sigma)
+        });
         Ok(())
     }
 
-    fn set_functions(&mut self, warp: &mut WarpMap, values: &[f32]) {
-        warp.warp.values.copy_from_slice(values);
+    fn set_functions(&mut self, warp: &mut CpuWarp, values: &[f32]) {
+        fitted(warp).warp.values.copy_from_slice(values);
     }
 
-    fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {
-        self.timed(WARP_LABEL, |_| warp.finish(resolution));
+    fn sampled_warp(&mut self, table: &Table, resolution: u32) -> Result<CpuWarp> {
+        Ok(self.timed(WARP_LABEL, |_| {
+            Warping::Samples(SampledWarp::new(table, resolution))
+        }))
+    }
+
+    fn finish_warp(&mut self, warp: &mut CpuWarp, resolution: u32) {
+        self.timed(WARP_LABEL, |_| fitted(warp).finish(resolution));
+    }
+}
+
+fn functions_of(warp: Option<&CpuWarp>) -> Option<&Warp> {
+    let functions = warp.and_then(Warping::functions);
+    functions.map(|map| &map.warp)
+}
+
+/// The functions of a warp in the making.
+fn fitted(warp: &mut CpuWarp) -> &mut WarpMap {
+    match warp {
+        Warping::Functions(functions) => functions,
+        Warping::Samples(_) => unreachable!("a table is finished as it is made"),
     }
 }

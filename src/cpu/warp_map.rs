@@ -2,7 +2,8 @@
 
 use super::importance_map::Words;
 use crate::importance::ImportanceMap;
-use crate::warp::{Axis, CountFit, Warp, blur_within};
+use crate::lanes::{Lane, V2};
+use crate::warp::{Axis, CountFit, Warp, Warping, blur_within};
 use rayon::prelude::*;
 
 /// Of the integers that powers of sums are rounded to, as in the shader.
@@ -10,6 +11,22 @@ const POWER_UNIT: f32 = 256.0;
 
 /// Columns of cells that a thread takes down all rows at once: a line of the cache is as wide.
 const STRIP: usize = 16;
+
+/// The warp of a layer.
+pub type CpuWarp = Warping<WarpMap>;
+
+impl CpuWarp {
+    /// Linear map coordinates of the centre of a texel, of so many along each side.
+    #[inline(always)]
+    pub fn linear_from_texel<L: Lane>(&self, texels: usize, texel: V2<L>) -> V2<L> {
+        match self {
+            Self::Functions(WarpMap { warp, inverses }) => {
+                warp.linear_from_texel(inverses, texels, texel)
+            }
+            Self::Samples(samples) => samples.linear_from_texel(texel),
+        }
+    }
+}
 
 /// A warp, and where each of its functions takes on the centres of a map's texels.
 pub struct WarpMap {

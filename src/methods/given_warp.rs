@@ -1,12 +1,13 @@
-//! A warp whose functions somebody gives, over the maps of a fit.
+//! A warp whose functions or samples somebody gives, over the maps of a fit.
 //!
-//! Parameters: those of every map, and `functions`, `fit`, `snap`, `rotation`.
+//! Parameters: those of every map, and `functions` or `samples`, `fit`, `snap`, `rotation`.
 //!
-//! Limits: the functions are for what the fit made when they were found; they do not follow the receivers.
+//! Limits: the warp is for what the fit made when it was found; it does not follow the receivers. The GPU engine has no
+//! warps by samples, nor has straight rasterization.
 
+use super::arrays::{WarpFunctions, WarpSamples};
 use super::fit::WarpedMaps;
 use super::prelude::*;
-use super::schema::WarpFunctions;
 use crate::gpu::passes::rasterize::max_bands;
 use crate::map_settings::Rasterization;
 use crate::verbs::WarpedLayer;
@@ -15,6 +16,7 @@ parameters! {
     pub struct GivenWarp {
         pub map: MapParameters,
         pub functions: Option<WarpFunctions> = optional(Rule::Functions),
+        pub samples: Option<WarpSamples> = optional(Rule::Samples),
         pub maps: WarpedMaps,
     }
 }
@@ -25,13 +27,26 @@ impl ShadowMethod for GivenWarp {
     const CITATION: &'static str = "";
     const IS_GIVEN: bool = true;
 
+    fn is_on_gpu(&self) -> bool {
+        self.samples.is_none()
+    }
+
     fn check(&self) -> Result<()> {
         let resolution = self.map.resolution;
         let most = max_bands(resolution, resolution) as usize;
         let count = self.functions.as_ref().map_or(0, |given| given.functions);
+        let is_exact = self.map.texels.rasterization == Rasterization::Exact;
         ensure_value!(
-            self.map.texels.rasterization != Rasterization::Exact || count <= most,
+            !is_exact || count <= most,
             "functions must be at most {most} along each axis with a map of {resolution} texels, got {count}"
+        );
+        ensure_value!(
+            self.functions.is_none() || self.samples.is_none(),
+            "functions and samples must not both be given"
+        );
+        ensure_value!(
+            is_exact || self.samples.is_none(),
+            "rasterization must be 'exact' with samples, between which no edge is straight, got 'linear'"
         );
         self.maps.check()
     }
@@ -39,28 +54,48 @@ impl ShadowMethod for GivenWarp {
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
         let resolution = self.map.resolution;
         let layers = self.maps.layers(view, resolution)?;
-        let Some(given) = &self.functions else {
-            return mapped_shadows(view, self.map.settings(), layers);
+        let (name, count) = match (&self.functions, &self.samples) {
+            (Some(functions), _) => ("functions", functions.layers),
+            (_, Some(samples)) => ("samples", samples.layers()),
+            _ => return mapped_shadows(view, self.map.settings(), layers),
         };
-        let count = given.layers.unwrap_or(layers.len());
         ensure_value!(
-            layers.is_empty() || count == layers.len(),
-            "functions must be of one layer, or of as many as the fit makes here, {}, got {count}",
-            layers.len()
+            layers.is_empty() || count.is_none_or(|count| count == layers.len()),
+            "{name} must be of one layer, or of as many as the fit makes here, {}, got {}",
+            layers.len(),
+            count.unwrap_or(1)
         );
-        let (functions, cells) = (given.functions as u32, given.boundaries as u32 - 1);
-        let size = 2 * given.functions * given.boundaries;
-        let values = given.values.chunks_exact(size).cycle();
         let mut warped = Vec::new();
-        for (layer, values) in layers.into_iter().zip(values) {
-            let mut warp = view.warp(functions, cells, resolution)?;
-            view.set_functions(&mut warp, values);
-            view.finish_warp(&mut warp, resolution);
+        for (i, layer) in layers.into_iter().enumerate() {
             warped.push(WarpedLayer {
-                warp: Some(warp),
+                warp: Some(self.warp(view, i)?),
                 ..LayerOf::<V>::from(layer)
             });
         }
         view.shadows(self.map.settings(), warped)
+    }
+}
+
+impl GivenWarp {
+    /// That of a layer.
+    fn warp<'a, V: Verbs<'a>>(&self, view: &mut V, layer: usize) -> Result<V::Warp> {
+        let resolution = self.map.resolution;
+        if let Some(samples) = &self.samples {
+            let tables = &samples.tables;
+            return view.sampled_warp(&tables[layer % tables.len()], resolution);
+        }
+        let given = self.functions.as_ref().expect("one of the two is given");
+        let mut warp = view.warp(
+            given.functions as u32,
+            given.boundaries as u32 - 1,
+            resolution,
+        )?;
+        let values: Vec<_> = given
+            .values
+            .chunks_exact(2 * given.functions * given.boundaries)
+            .collect();
+        view.set_functions(&mut warp, values[layer % values.len()]);
+        view.finish_warp(&mut warp, resolution);
+        Ok(warp)
     }
 }

@@ -4,9 +4,10 @@
 //! S. Gortler sample them (Scene optimized shadow mapping, 2007), found in a first pass with a small map
 //! that is not warped; and a user's own weights.
 
+use super::arrays::{Array, OldMap};
 use super::fit::WarpedMaps;
 use super::prelude::*;
-use super::schema::{Array, MAX_RESOLUTION, OldMap, Typed, Value, count_or_none};
+use super::schema::{MAX_RESOLUTION, Typed, Value, count_or_none};
 use crate::importance::{EdgeBias, Factors, Grid, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
 use crate::warp::MAX_CELLS;

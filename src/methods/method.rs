@@ -34,6 +34,11 @@ pub trait ShadowMethod: ParameterGroup {
     /// Whether the GPU engine has a form of it.
     const IS_ON_GPU: bool = true;
 
+    /// Whether it has one of the method with these parameters.
+    fn is_on_gpu(&self) -> bool {
+        Self::IS_ON_GPU
+    }
+
     /// Records the method's passes.
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded>;
 }

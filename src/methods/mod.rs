@@ -3,6 +3,7 @@
 //! A method is straight-line code from handles to a visibility image: it fits a projection and calls
 //! passes. CONTRIBUTING.md has the recipe for another one.
 
+pub mod arrays;
 mod cascades;
 mod cube;
 mod desired_view;
@@ -11,7 +12,7 @@ mod exact;
 pub mod filters;
 mod fit;
 mod focused;
-mod given_warp;
+pub mod given_warp;
 mod importance;
 mod improved_paraboloid;
 pub mod light_matrix;
@@ -91,6 +92,13 @@ macro_rules! methods {
                         Ok(Self::$variant(method))
                     })+
                     other => unreachable!("{other} is not listed"),
+                }
+            }
+
+            /// Whether the GPU engine has a form of it with its parameters.
+            pub fn is_on_gpu(&self) -> bool {
+                match self {
+                    $(Self::$variant(method) => method.is_on_gpu(),)+
                 }
             }
 

@@ -178,8 +178,8 @@ mod tests {
     use super::*;
     use crate::error::Error;
     use crate::methods::Method;
+    use crate::methods::arrays::Fault;
     use crate::methods::filters::FILTERS;
-    use crate::methods::schema::Fault;
 
     fn refused(name: &str, value: Value) -> Error {
         let parameter = Method::schema("uniform").unwrap().parameter(name).unwrap();

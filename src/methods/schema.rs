@@ -3,12 +3,14 @@
 //! A rule checks a value and words its own error. Python's classes hold fields and docstrings; their
 //! values are checked here too, so that both entries refuse the same values in the same words.
 
+use super::arrays::{Array, Fault, OldMap, WarpFunctions, WarpSamples};
 use crate::error::{Error, Result};
 use crate::fits::given::GivenLayers;
 use crate::map_settings::Filter;
 use crate::moments::FilteredMap;
 use crate::region::MAX_HALF_SPACES;
 use crate::warp::MAX_CELLS;
+use crate::warp::tables::MAX_SAMPLES;
 use glam::{DMat4, DVec4};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -58,6 +60,8 @@ pub enum Rule {
     Regions,
     /// Functions of a warp.
     Functions,
+    /// Tables of a warp.
+    Samples,
 }
 
 /// Where the values of a number begin.
@@ -175,51 +179,7 @@ pub enum Value {
     Matrices(Arc<[DMat4]>),
     Regions(Arc<[Vec<DVec4>]>),
     Functions(WarpFunctions),
-}
-
-/// Functions of warps along x, one for each band of rows, and along y, one for each band of columns: values at the
-/// boundaries of cells, from 0 to 1.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WarpFunctions {
-    /// `None`: the same for every layer.
-    pub layers: Option<usize>,
-    /// Along each axis.
-    pub functions: usize,
-    pub boundaries: usize,
-    pub values: Arc<[f32]>,
-}
-
-/// What a layer of the frame before leaves to the next one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OldMap {
-    pub importance: Array,
-    /// (x, y, depth, w) from a point in the world, x and y from 0 to 1 in the map.
-    pub map_from_world: DMat4,
-}
-
-/// Numbers in rows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Array {
-    pub rows: usize,
-    pub columns: usize,
-    pub values: Arc<[f32]>,
-}
-
-/// Why a value is refused.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Fault {
-    /// It is of the wrong kind.
-    Kind,
-    /// It is of the right kind and out of range.
-    Range,
-    /// This part of it is.
-    RangeOf(String),
-}
-
-impl Fault {
-    fn unless(holds: bool) -> Result<(), Self> {
-        if holds { Ok(()) } else { Err(Self::Range) }
-    }
+    Samples(WarpSamples),
 }
 
 impl Parameter {
@@ -298,6 +258,10 @@ impl Parameter {
                 functions.check()?;
                 Ok(Value::Functions(functions))
             }
+            (Rule::Samples, Value::Samples(samples)) => {
+                samples.check()?;
+                Ok(Value::Samples(samples))
+            }
             _ => Err(Fault::Kind),
         }
     }
@@ -359,60 +323,16 @@ impl fmt::Display for Parameter {
                  its last axis, with n functions along x and n along y, at most as many as cells, which are at most \
                  {MAX_CELLS}"
             ),
+            Rule::Samples => write!(
+                f,
+                "an array (h, w, 2), or (layers, h, w, 2), of places (x, y) from 0 to 1, h and w from 2 to \
+                 {MAX_SAMPLES}, that is neither folded nor torn"
+            ),
         }?;
         if self.is_optional() {
             write!(f, " or None")?;
         }
         Ok(())
-    }
-}
-
-impl WarpFunctions {
-    /// Refuses what is no warp.
-    fn check(&self) -> Result<(), Fault> {
-        let cells = self.boundaries.saturating_sub(1);
-        if !(1..=cells).contains(&self.functions) || cells > MAX_CELLS as usize {
-            let (functions, boundaries) = (self.functions, self.boundaries);
-            return Err(Fault::RangeOf(format!(
-                "{functions} functions of {boundaries} values"
-            )));
-        }
-        for (i, values) in self.values.chunks_exact(self.boundaries).enumerate() {
-            let fault = |what: String| {
-                let (layer, axis) = (i / (2 * self.functions), i / self.functions % 2);
-                let (axis, function) = (["x", "y"][axis], i % self.functions);
-                Err(Fault::RangeOf(format!(
-                    "{what} in function {function} along {axis} of layer {layer}"
-                )))
-            };
-            // Written so that NaN falls, too.
-            if let Some(pair) = values
-                .windows(2)
-                .find(|pair| !matches!(pair, [a, b] if a <= b))
-            {
-                return fault(format!("{} after {}", pair[1], pair[0]));
-            }
-            let (first, last) = (values[0], values[cells]);
-            if first != 0.0 || last != 1.0 {
-                return fault(format!("values from {first} to {last}"));
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Array {
-    /// Refuses what is no array of weights.
-    fn check(&self) -> Result<(), Fault> {
-        if self.values.is_empty() {
-            let (rows, columns) = (self.rows, self.columns);
-            return Err(Fault::RangeOf(format!("shape ({rows}, {columns})")));
-        }
-        let is_weight = |value: &&f32| value.is_finite() && **value >= 0.0;
-        match self.values.iter().find(|value| !is_weight(value)) {
-            Some(wrong) => Err(Fault::RangeOf(wrong.to_string())),
-            None => Ok(()),
-        }
     }
 }
 
@@ -588,6 +508,7 @@ typed! {
     Arc<[DMat4]>: Value::Matrices(value) => value.clone(), Value::None => Arc::default();
     Arc<[Vec<DVec4>]>: Value::Regions(value) => value.clone();
     WarpFunctions: Value::Functions(value) => value.clone();
+    WarpSamples: Value::Samples(value) => value.clone();
 }
 
 impl<T: Typed> Typed for Option<T> {

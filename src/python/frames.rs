@@ -1,6 +1,6 @@
 //! Frames: from a scene, a camera, lights and a method to arrays.
 
-use super::parameters::{method_from_python, method_is_on_gpu};
+use super::parameters::method_from_python;
 use super::world::{PyCamera, PyLight, PyScene};
 use super::{adapter_to_python, array, engine_of};
 use crate::aliasing::RenderedLayer;
@@ -14,6 +14,8 @@ use crate::render::{
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::threads::on_threads;
+use crate::warp::tables::Table;
+use crate::warp::{Warp, Warping};
 use numpy::{PyArray2, PyArray3, PyArray4};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
@@ -57,7 +59,7 @@ pub fn render<'py>(
     let is_named = device.is_some() || named_by_environment().is_some();
     let engine = match engine_of(py, device.as_ref())? {
         // Where nobody asks for the GPU, the engine that can do the method is the best there is.
-        Engine::Gpu(_) if !is_named && !method_is_on_gpu(name)? => Engine::Cpu,
+        Engine::Gpu(_) if !is_named && !method.is_on_gpu() => Engine::Cpu,
         engine => engine,
     };
     refuse_masks(&scene.read(), ignores_masks)?;
@@ -144,9 +146,11 @@ fn to_python(
     });
     let warp_map = asks(Output::WarpMap).map(|()| {
         let warps = frame.layers.into_iter().filter_map(|layer| layer.warp);
-        let maps = warps.map(|warp| (warp.functions, warp.boundaries, warp.values));
-        let ([count, rows, columns], values) = stacked(maps.collect());
-        array(py, (count, 2, rows, columns), values)
+        let warps: Vec<_> = warps.map(shaped).collect();
+        let [a, b, c] = warps.first().map_or([2, 0, 0], |(shape, _)| *shape);
+        let count = warps.len();
+        let values = warps.into_iter().flat_map(|(_, values)| values);
+        array(py, (count, a, b, c), values.collect())
     });
     Ok(Rendered {
         visibility: array(py, shape, frame.visibility),
@@ -221,6 +225,21 @@ fn projection_to_python(py: Python, layer: &RenderedLayer) -> PyResult<Py<PyDict
 }
 
 /// Maps of (rows, columns, values) as one, layer after layer: the number of layers, rows, columns, and the values.
+/// The functions of a warp, or its samples.
+fn shaped(warp: Warping<Warp>) -> ([usize; 3], Vec<f32>) {
+    match warp {
+        Warping::Functions(warp) => ([2, warp.functions, warp.boundaries], warp.values),
+        Warping::Samples(samples) => {
+            let Table {
+                columns,
+                rows,
+                values,
+            } = samples.given;
+            ([rows, columns, 2], values.to_vec())
+        }
+    }
+}
+
 fn stacked(maps: Vec<(usize, usize, Vec<f32>)>) -> ([usize; 3], Vec<f32>) {
     let (rows, columns) = maps.first().map_or((0, 0), |map| (map.0, map.1));
     let shape = [maps.len(), rows, columns];

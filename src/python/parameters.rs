@@ -3,19 +3,22 @@
 use super::array;
 use crate::error::Error;
 use crate::methods::Method;
+use crate::methods::arrays::{Array, Fault, OldMap, WarpFunctions, WarpSamples};
 use crate::methods::filters::FILTERS;
+use crate::methods::given_warp::GivenWarp;
 use crate::methods::light_matrix::LightMatrix;
 use crate::methods::method::ShadowMethod;
 use crate::methods::parameters::AUTO;
-use crate::methods::schema::{
-    Array, Fault, OldMap, Parameter, ParameterGroup, Parameters, Rule, Schema, Value, WarpFunctions,
-};
+use crate::methods::schema::{Parameter, ParameterGroup, Parameters, Rule, Schema, Value};
+use crate::warp::tables::Table;
 use glam::{DMat4, DVec4};
+use numpy::ndarray::{ArrayView, ArrayViewD, Dimension};
 use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// The parameters of what is no method: of a filter such as `lookup=Pcf(...)`, or of the choice of a method.
 fn other_schema(name: &str) -> Option<Schema> {
@@ -68,6 +71,7 @@ pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py,
             Rule::Matrices => ("matrices", vec![]),
             Rule::Regions => ("regions", vec![]),
             Rule::Functions => ("functions", vec![]),
+            Rule::Samples => ("samples", vec![]),
         };
         description.set_item("rule", kind)?;
         description.set_item("choices", choices)?;
@@ -102,9 +106,13 @@ pub fn check_parameters<'py>(
     Ok(result)
 }
 
-/// Whether the GPU engine has a form of a method.
-pub fn method_is_on_gpu(name: &str) -> PyResult<bool> {
-    Ok(Method::description(name)?.is_on_gpu)
+/// A warp's table, as the rule of the method's parameter has it.
+pub fn samples_from_python(value: &Bound<PyAny>) -> PyResult<WarpSamples> {
+    let parameter = Method::schema(GivenWarp::NAME)?.parameter("samples")?;
+    match checked(parameter, value)? {
+        Value::Samples(samples) => Ok(samples),
+        _ => Err(parameter.error(Fault::Kind, &shown(value)).into()),
+    }
 }
 
 /// A method, and what of it takes masked triangles for solid ones.
@@ -208,6 +216,7 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
             Ok(Value::Regions(regions.collect::<Result<_, _>>()?))
         }
         Rule::Functions => functions(value),
+        Rule::Samples => samples(value),
     }
 }
 
@@ -252,13 +261,61 @@ fn functions(value: &Bound<PyAny>) -> Result<Value, Fault> {
     }))
 }
 
-fn weights_of<T: Element + Copy>(array: &PyReadonlyArray2<T>, narrow: fn(T) -> f32) -> Array {
+/// Tables of a warp, of all layers or of each.
+fn samples(value: &Bound<PyAny>) -> Result<Value, Fault> {
+    // As a method keeps them, so that each render takes them without a detour.
+    if let Ok(array) = value.extract::<PyReadonlyArrayDyn<f32>>() {
+        return tables(array.as_array(), |value| value);
+    }
+    let array = numbers(value, &[3, 4])?;
+    let array: PyReadonlyArrayDyn<f64> = array.extract().map_err(|_| Fault::Kind)?;
+    tables(array.as_array(), |value| value as f32)
+}
+
+fn tables<T: Copy>(array: ArrayViewD<T>, narrow: impl Fn(T) -> f32) -> Result<Value, Fault> {
+    let (is_of_layers, rows, columns) = match *array.shape() {
+        [rows, columns, 2] if !array.is_empty() => (false, rows, columns),
+        [_, rows, columns, 2] if !array.is_empty() => (true, rows, columns),
+        _ => return Err(Fault::RangeOf(format!("shape {:?}", array.shape()))),
+    };
+    let values = narrowed(&array, narrow);
+    let of_layers = match is_of_layers {
+        true => {
+            let layers = values.chunks_exact(2 * rows * columns);
+            layers.map(Arc::from).collect()
+        }
+        false => vec![values],
+    };
+    let table = |values| Table {
+        columns,
+        rows,
+        values,
+    };
+    Ok(Value::Samples(WarpSamples {
+        is_of_layers,
+        tables: of_layers.into_iter().map(table).collect(),
+    }))
+}
+
+fn weights_of<T: Element + Copy>(array: &PyReadonlyArray2<T>, narrow: impl Fn(T) -> f32) -> Array {
     let weights = array.as_array();
     let (rows, columns) = weights.dim();
     Array {
         rows,
         columns,
-        values: weights.iter().map(|&weight| narrow(weight)).collect(),
+        values: narrowed(&weights, narrow),
+    }
+}
+
+/// The values of an array, row by row.
+fn narrowed<T: Copy, D: Dimension>(
+    array: &ArrayView<T, D>,
+    narrow: impl Fn(T) -> f32,
+) -> Arc<[f32]> {
+    match array.as_slice() {
+        // Millions of them are read as they lie.
+        Some(values) => values.iter().map(|&value| narrow(value)).collect(),
+        None => array.iter().map(|&value| narrow(value)).collect(),
     }
 }
 
@@ -374,6 +431,19 @@ fn to_python<'py>(
             let layers = functions.layers.into_iter();
             let shape: Vec<_> = layers.chain(shape).collect();
             kept(py, &shape, functions.values.to_vec())
+        }
+        Value::Samples(samples) => {
+            let table = &samples.tables[0];
+            let shape: Vec<_> = samples
+                .layers()
+                .into_iter()
+                .chain([table.rows, table.columns, 2])
+                .collect();
+            let values = samples
+                .tables
+                .iter()
+                .flat_map(|table| table.values.iter().copied());
+            kept(py, &shape, values.collect())
         }
         Value::Regions(regions) => {
             let planes = |planes: &Vec<DVec4>| {

@@ -297,46 +297,67 @@ class NonOrthogonalWarp(WarpMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class GivenWarp(FittedWarp):
-    """A fitted map whose rows and columns are spread by functions of one's own.
+    """A fitted map with a warp of one's own: by functions along rows and columns, or by samples.
 
-    Functions :math:`X_i` of bands of rows take places along ``x``, then functions :math:`Y_j` of
-    bands of columns take them along ``y``, as `warp_points` does it:
+    **By functions**: those :math:`X_i` of bands of rows take places along ``x``, then those
+    :math:`Y_j` of bands of columns take them along ``y``, as `warp_points` does it:
 
     .. math:: x' = X_i(x),\\; i = \\lfloor y n \\rfloor, \\qquad
               y' = Y_j(y),\\; j = \\lfloor x' n \\rfloor
 
     `warp_map` returns such functions, of `RectilinearWarp` with n = 1 and of `NonOrthogonalWarp`.
 
-    Limits: the functions belong to the maps that they were made for. With n > 1 the map has a seam
-    wherever neighbouring functions differ.
+    **By samples**: any warp of the plane that has an inverse, as a table of where the ray of each
+    texel is before it. ``samples[i, j]`` is the place (x, y) of the fitted map, from 0 to 1 from
+    its left and its top, that the warp takes to ``((j + 0.5) / w, (i + 0.5) / h)``. With as many
+    samples as texels each texel has its own ray. Between four samples the warp is linear in two
+    triangles, as in any other `resolution`, and half a step beyond the outermost ones it goes on
+    straight. So the lookup's inverse is exact.
+
+    Limits: the warp belongs to the maps that it was made for. With n > 1 functions the map has a
+    seam wherever neighbouring ones differ. Samples are for the CPU engine, and for
+    ``rasterization="exact"``; what they do not reach is beside the map, and lit.
 
     Parameters
     ----------
-    functions : (2, n, cells + 1) or (layers, 2, n, cells + 1) array
+    functions : (2, n, cells + 1) or (layers, 2, n, cells + 1) array, optional
         Along x and along y, n functions each: values at the boundaries of any number of cells,
         linear in between; from 0 to 1, and nowhere falling. At most as many functions as cells. One
         array for all layers, or one for each that the fit makes in the view.
+    samples : (h, w, 2) or (layers, h, w, 2) array, optional
+        In place of functions: places (x, y) from 0 to 1. No two texels may have the same place, nor
+        may the table be folded over or torn: where between two neighbours the plane slips
+        sideways by more than four samples it is torn. It may be a mirror image, turned, or reach
+        only a part of the fitted map.
 
     The others are those of `FittedWarp`. The comparison of two methods ignores their arrays.
 
     Raises
     ------
     ValueError
-        Another shape, or functions that fall. From `render`: another number of layers than the fit
-        makes.
+        Neither or both given, another shape, functions that fall, or samples without an inverse,
+        by their row and column. From `render`: another number of layers than the fit makes.
+    DeviceError
+        From `render`: samples, where a GPU is asked for.
 
     Examples
     --------
     >>> twice_as_fine_on_the_left = [[[0, 2 / 3, 1]], [[0, 1 / 2, 1]]]
     >>> GivenWarp(twice_as_fine_on_the_left, fit="min_sm").composition
     'min_sm+given_warp'
+    >>> centres = (np.arange(8) + 0.5) / 8
+    >>> a_quarter_turn = np.stack(np.meshgrid(1 - centres, centres, indexing="ij"), axis=-1)
+    >>> GivenWarp(samples=a_quarter_turn).samples.shape
+    (8, 8, 2)
     """
 
     name: ClassVar[str] = "given_warp"
 
-    functions: npt.ArrayLike = field(kw_only=False, compare=False, repr=False)
+    functions: npt.ArrayLike | None = field(default=None, kw_only=False, compare=False, repr=False)
+    samples: npt.ArrayLike | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.functions is None:
-            raise ValueError("functions must be given, got None")
+        if (self.functions is None) == (self.samples is None):
+            got = "neither" if self.functions is None else "both"
+            raise ValueError(f"functions or samples must be given, got {got}")
         super().__post_init__()

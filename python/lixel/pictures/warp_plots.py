@@ -44,9 +44,11 @@ def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
     Raises
     ------
     ValueError
-        The frame has no warp in that layer.
+        The frame has no warp in that layer, or one that is not made from importance.
     """
     _check(frame, layer)
+    if not len(frame.importance_map):
+        raise ValueError(f"frame must have an importance map; {frame.method.name!r} makes none")
     ax = axes_or_new(ax)
     _show(frame.importance_map[layer], ax)
     ax.set_title("importance")
@@ -56,7 +58,8 @@ def importance(frame: Frame, ax: Axes | None = None, *, layer: int = 0) -> Axes:
 def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: int = 33) -> Axes:
     """The lines of a regular grid of texels, taken back to the map that is not warped.
 
-    Where lines are close there are many texels. The receivers' cells are shaded.
+    Where lines are close there are many texels. The receivers' cells are shaded, where the warp is
+    made from importance.
 
     Parameters
     ----------
@@ -73,7 +76,9 @@ def warp_grid(frame: Frame, ax: Axes | None = None, *, layer: int = 0, lines: in
     _check(frame, layer)
     lines = count("lines", lines, least=2)
     ax = axes_or_new(ax)
-    ax.imshow(frame.importance_map[layer] > 0, extent=(0, 1, 1, 0), cmap="Greys", vmin=0, vmax=4)
+    if len(frame.importance_map):
+        shaded = frame.importance_map[layer] > 0
+        ax.imshow(shaded, extent=(0, 1, 1, 0), cmap="Greys", vmin=0, vmax=4)
     for line in grid_lines(frame.warp_map[layer], lines):
         ax.plot(*line.T, color="#0072B2", linewidth=0.5)
     ax.set(xlim=(0, 1), ylim=(1, 0), aspect="equal", title="texels of the warp")
@@ -94,7 +99,8 @@ def grid_lines(warp: npt.NDArray[Any] | None, lines: int) -> list[npt.NDArray[np
 
 
 def unwarped_depths(frame: _Maps, layer: int = 0) -> np.ma.MaskedArray[Any, Any]:
-    """What a layer's map holds at places before the warp; texels without a caster are masked."""
+    """What a layer's map holds at places before the warp; texels without a caster are masked, and
+    what the warp does not reach."""
     depths: np.ma.MaskedArray[Any, Any] = np.ma.masked_equal(frame.shadow_map[layer], 1.0)
     if not len(frame.warp_map):
         return depths
@@ -102,9 +108,18 @@ def unwarped_depths(frame: _Maps, layer: int = 0) -> np.ma.MaskedArray[Any, Any]
     side = 2 * len(depths)
     centres = (np.arange(side) + 0.5) / side
     places = np.stack(np.meshgrid(centres, centres), axis=-1).reshape(-1, 2)
-    texels = warp_points(frame.warp_map[layer], places) * len(depths)
+    warped = warp_points(frame.warp_map[layer], places)
+    is_reached = _is_in_map(warped)
+    texels = np.where(is_reached[:, None], warped, 0.0) * len(depths)
     column, row = np.minimum(texels, len(depths) - 1).astype(int).T
-    return depths[row, column].reshape(side, side)  # type: ignore[no-any-return]
+    found = depths[row, column]
+    found[~is_reached] = np.ma.masked
+    return found.reshape(side, side)  # type: ignore[no-any-return]
+
+
+def _is_in_map(places: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Which are; those that are not numbers are not."""
+    return np.asarray((np.abs(places - 0.5) <= 0.5).all(axis=1))
 
 
 def receiver_counts(
@@ -131,6 +146,7 @@ def receiver_counts(
     uv = receiver_places(frame, layer)
     if warped:
         uv = warp_points(frame.warp_map[layer], uv)
+        uv = uv[_is_in_map(uv)]
     counts, *_ = np.histogram2d(uv[:, 1], uv[:, 0], bins=cells, range=((0, 1), (0, 1)))
     _show(counts, ax)
     when = "after" if warped else "before"

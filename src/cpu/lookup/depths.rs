@@ -9,6 +9,7 @@ use crate::lanes::{Lane, V2};
 use crate::map_settings::Comparison;
 use crate::neighbourhood::Around;
 use crate::projection::Formulas;
+use crate::warp::Warping;
 use fearless_simd::prelude::*;
 
 /// Texels along each side of a neighbourhood, at most.
@@ -149,21 +150,35 @@ impl<S: Simd> BlockLookup<'_, S> {
     /// Where one of the texels around is in the map's memory, and whose it is: on the map, and not across a seam.
     #[inline(always)]
     fn texel_beside(&self, row: &RowReceivers<S>, k: usize) -> ([u32; LANES], mask32x8<S>) {
-        let simd = self.simd;
         let side = self.layer.comparison.side();
-        let reach = f32::from(self.layer.comparison.reach);
-        let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));
         let [low, high] = row.patch;
-        let texel = V2::new(
-            row.middle.x + ((k % side) as f32 - reach),
-            row.middle.y + ((k / side) as f32 - reach),
-        );
+        let texel = self.texel_around(row, k);
         let is_beside = match 2 * k + 1 == side * side {
-            true => mask32x8::from_bitmask(simd, 0xff),
+            true => mask32x8::from_bitmask(self.simd, 0xff),
             false => is_within(texel.x, low.x, high.x) & is_within(texel.y, low.y, high.y),
         };
-        let inside = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
-        (self.index(row.on_map, inside), is_beside)
+        (
+            self.index(row.on_map, self.nearest_on_map(texel)),
+            is_beside,
+        )
+    }
+
+    /// One of the texels around, which may be beside the map.
+    #[inline(always)]
+    fn texel_around(&self, row: &RowReceivers<S>, k: usize) -> V2<f32x8<S>> {
+        let side = self.layer.comparison.side();
+        let reach = f32::from(self.layer.comparison.reach);
+        V2::new(
+            row.middle.x + ((k % side) as f32 - reach),
+            row.middle.y + ((k / side) as f32 - reach),
+        )
+    }
+
+    /// The texel of the map that is nearest to one.
+    #[inline(always)]
+    fn nearest_on_map(&self, texel: V2<f32x8<S>>) -> V2<f32x8<S>> {
+        let (zero, last) = (splat(self.simd, 0.0), self.v2(self.layer.size - 1.0));
+        texel.zip(last, |texel, last| Lane::clamp(texel, zero, last))
     }
 
     /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.
@@ -172,7 +187,8 @@ impl<S: Simd> BlockLookup<'_, S> {
         let (simd, layer) = (self.simd, self.layer);
         let reach = f32::from(layer.comparison.reach);
         let mut middles = [row.middle; MOST];
-        let functions = layer.warp.map(|WarpMap { warp, inverses }| {
+        let warp = layer.warp.and_then(Warping::functions);
+        let functions = warp.map(|WarpMap { warp, inverses }| {
             warp.functions_of_texel(inverses, layer.size.x as usize, row.middle)
         });
         let (zero, size) = (splat(simd, 0.0), self.v2(layer.size));
@@ -180,7 +196,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         let side = layer.comparison.side();
         for (i, middle) in middles.iter_mut().enumerate().take(side) {
             let texel = row.middle.map(|texel| texel + (i as f32 - reach));
-            *middle = match (layer.warp, functions) {
+            *middle = match (warp, functions) {
                 (Some(WarpMap { warp, inverses }), Some(functions)) => {
                     let texel = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
                     let texels = layer.size.x as usize;
@@ -208,7 +224,14 @@ impl<S: Simd> BlockLookup<'_, S> {
         let (mut texels, mut nearer) = (empty, empty);
         for k in 0..side * side {
             let (index, is_beside) = self.texel_beside(row, k);
-            let step = self.step_to(row, V2::new(middles[k % side].x, middles[k / side].y));
+            let middle = match self.layer.warp {
+                // Its texels do not lie in columns and rows before the warp.
+                Some(Warping::Samples(_)) => {
+                    self.linear_middle(self.nearest_on_map(self.texel_around(row, k)))
+                }
+                _ => V2::new(middles[k % side].x, middles[k / side].y),
+            };
+            let step = self.step_to(row, middle);
             let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
             let is_nearer = Lane::less(self.stored(index), depth);
             let is_before = row.plane.is_before_surface(kind, &row.bias, step);

@@ -3,7 +3,6 @@
 use super::{BlockLookup, RowReceivers};
 use crate::bias::Rule;
 use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
-use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Each, Lane, V2, axes_across};
 use crate::map_settings::Filter;
 use crate::projection::Formulas;
@@ -85,15 +84,14 @@ impl<S: Simd> BlockLookup<'_, S> {
     #[inline(always)]
     fn warped_place(&self, place: V2<f32x8<S>>) -> (V2<f32x8<S>>, mask32x8<S>) {
         let is_on_map = self.is_on_map(place);
-        let Some(WarpMap { warp, .. }) = self.layer.warp else {
+        let Some(warp) = self.layer.warp else {
             return (place, is_on_map);
         };
         let (zero, size) = (splat(self.simd, 0.0), self.v2(self.layer.size));
         let linear = place.zip(size, |place, size| {
             Lane::select(is_on_map, place, zero) / size
         });
-        let (warped, _) = warp.warped_from_linear(linear);
-        (warped.zip(size, |warped, size| warped * size), is_on_map)
+        self.warped(warp, linear, is_on_map)
     }
 
     /// The texel of a place, where there is one.

@@ -79,14 +79,14 @@ impl<S: Simd> BlockLookup<'_, S> {
             Rays::Perspective => (from_eye, from_eye.dot(forward)),
             Rays::Orthographic => (forward, splat(simd, 1.0)),
         };
-        let start = self.warped(kind, row.plane.q);
+        let start = self.place_of(kind, row, row.plane.q);
         let mut widest = splat(simd, 0.0);
         for step in [camera.right / camera.focal.x, camera.up / camera.focal.y] {
             // To the next pixel, and on along its ray to the receiver's plane.
             let across = vector(step) * distance;
             let on_plane = across - ray * (normal.dot(across) / normal.dot(ray));
             let q = row.plane.q + self.layer.space.turned(simd, on_plane);
-            widest = (self.warped(kind, q) - start).length().max(widest);
+            widest = (self.place_of(kind, row, q) - start).length().max(widest);
         }
         let widest: [f32; LANES] = widest.into();
         // Not a number where a pixel sees the plane from its edge.
@@ -95,15 +95,18 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// Where points are in the map, after its warp.
     #[inline(always)]
-    fn warped(&self, kind: &impl Formulas<f32x8<S>>, q: V3<f32x8<S>>) -> V2<f32x8<S>> {
+    fn place_of(
+        &self,
+        kind: &impl Formulas<f32x8<S>>,
+        row: &RowReceivers<S>,
+        q: V3<f32x8<S>>,
+    ) -> V2<f32x8<S>> {
         let place = kind.centred_texel_from_projected(q) + self.v2(self.layer.centre);
-        let Some(map) = self.layer.warp else {
+        let Some(warp) = self.layer.warp else {
             return place;
         };
         let size = self.v2(self.layer.size);
-        let (warped, _) = map
-            .warp
-            .warped_from_linear(place.zip(size, |place, size| place / size));
-        warped.zip(size, |warped, size| warped * size)
+        let linear = place.zip(size, |place, size| place / size);
+        self.warped(warp, linear, row.on_map).0
     }
 }

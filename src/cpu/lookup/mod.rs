@@ -11,6 +11,7 @@ mod revectorized;
 mod row;
 mod seams;
 mod triangles;
+mod warped;
 
 use super::filtered_texels::FilteredTexels;
 use super::known::Known;
@@ -23,12 +24,13 @@ use super::pages::table::Requests;
 use super::rasterize::NONE;
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
 use super::tiles::{BLOCK, TILE, TILE_PIXELS, cut};
-use super::warp_map::WarpMap;
+use super::warp_map::{CpuWarp, WarpMap};
 use crate::bias::{Bias, Plane, Rule};
 use crate::fits::layer::Layer;
 use crate::lanes::{Lane, V2, V3};
 use crate::map_settings::{Comparison, Filter, MapSettings, position_rounding};
 use crate::projection::{Formulas, KindVisitor, LaneKind};
+use crate::warp::Warping;
 use fearless_simd::prelude::*;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -47,7 +49,7 @@ pub struct LookedUp<'a> {
     requests: Option<&'a Requests>,
     /// Of each pixel the number of its layer, and that of this one, where receivers are chosen pixel by pixel.
     chosen: Option<(&'a [u8], u8)>,
-    warp: Option<&'a WarpMap>,
+    warp: Option<&'a CpuWarp>,
     /// Its moments, where they are compared in place of depths.
     moments: Option<&'a FilteredTexels>,
     /// Where the map's views see points from the eye.
@@ -66,7 +68,7 @@ impl<'a> LookedUp<'a> {
     pub fn new(
         receivers: &Receivers,
         layer: &Layer,
-        (map, warp): (&'a Map, Option<&'a WarpMap>),
+        (map, warp): (&'a Map, Option<&'a CpuWarp>),
         moments: Option<&'a FilteredTexels>,
         settings: MapSettings,
     ) -> Self {
@@ -348,7 +350,8 @@ impl<S: Simd> BlockLookup<'_, S> {
     /// The warp, where it tears the map between its functions.
     #[inline(always)]
     fn tearing_warp(&self) -> Option<&WarpMap> {
-        self.layer.warp.filter(|warp| warp.warp.functions > 1)
+        let functions = self.layer.warp.and_then(Warping::functions);
+        functions.filter(|map| map.warp.functions > 1)
     }
 
     /// The middle of a texel before the warp, in texels.
@@ -356,9 +359,8 @@ impl<S: Simd> BlockLookup<'_, S> {
     fn linear_middle(&self, texel: V2<f32x8<S>>) -> V2<f32x8<S>> {
         match self.layer.warp {
             None => texel + V2::splat(splat(self.simd, 0.5)),
-            Some(WarpMap { warp, inverses }) => {
-                let side = self.layer.size.x as usize;
-                let linear = warp.linear_from_texel(inverses, side, texel);
+            Some(warp) => {
+                let linear = warp.linear_from_texel(self.layer.size.x as usize, texel);
                 linear.zip(self.v2(self.layer.size), |v, size| v * size)
             }
         }

@@ -6,6 +6,7 @@ use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2, V3};
 use crate::projection::Formulas;
+use crate::warp::Warping;
 use fearless_simd::prelude::*;
 
 impl<S: Simd> BlockLookup<'_, S> {
@@ -55,12 +56,21 @@ impl<S: Simd> BlockLookup<'_, S> {
             patch: [V2::splat(zero), last],
             on_map,
         };
-        if let Some(WarpMap { warp, .. }) = self.layer.warp {
-            let (warped, functions) = warp.warped_from_linear(row.linear);
-            row.place = warped.zip(size, |warped, size| warped * size);
-            row.functions = functions;
-            if warp.functions > 1 {
-                row.patch = warp.patch_of(functions, self.layer.size.x as usize);
+        match self.layer.warp {
+            None => {}
+            Some(Warping::Functions(WarpMap { warp, .. })) => {
+                let (warped, functions) = warp.warped_from_linear(row.linear);
+                row.place = warped.zip(size, |warped, size| warped * size);
+                row.functions = functions;
+                if warp.functions > 1 {
+                    row.patch = warp.patch_of(functions, self.layer.size.x as usize);
+                }
+            }
+            Some(Warping::Samples(samples)) => {
+                let (place, is_there, cells) = self.sampled_place(samples, row.linear, on_map);
+                row.place = place;
+                row.on_map &= is_there;
+                outward = self.outward_after(samples, &cells, is_edge_on, outward);
             }
         }
         row.place = row.place.zip(outward, |place, outward| {
@@ -68,7 +78,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         });
         let whole = row
             .place
-            .map(|place| Lane::select(on_map, Lane::floor(place), zero));
+            .map(|place| Lane::select(row.on_map, Lane::floor(place), zero));
         let [low, high] = row.patch;
         let within = V2::new(
             Lane::clamp(whole.x, low.x, high.x),

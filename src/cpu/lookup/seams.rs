@@ -40,7 +40,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         if reach == 0 || self.tearing_warp().is_none() {
             return;
         }
-        let WarpMap { warp, .. } = self.layer.warp.expect("it tears the map");
+        let WarpMap { warp, .. } = self.tearing_warp().expect("it tears the map");
         let zero = splat(self.simd, 0.0);
         let outside = texels_outside(row.patch, row.middle, splat(self.simd, reach as f32));
         let has_patches = warp.has_patches(row.functions);
@@ -79,7 +79,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         let reach = i32::from(self.layer.comparison.reach);
         let (x, y) = across.side;
         let texels = self.layer.size.x as usize;
-        let WarpMap { warp, .. } = self.layer.warp.expect("it tears the map");
+        let WarpMap { warp, .. } = self.tearing_warp().expect("it tears the map");
         let direction = V2::new(splat(simd, x), splat(simd, y));
         let nearest = warp.texel_across(row.linear, row.functions, direction, texels);
         let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));

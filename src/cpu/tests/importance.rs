@@ -87,6 +87,11 @@ fn words(values: &[f32], count_unit: Option<f64>) -> ImportanceMap<Words> {
     }
 }
 
+fn functions_of(layer: &RenderedLayer) -> &Warp {
+    let warp = layer.warp.as_ref().unwrap();
+    warp.functions().unwrap()
+}
+
 /// How far two warps are apart at each boundary of cells.
 fn apart(found: &Warp, right: &Warp) -> Vec<f32> {
     assert_eq!(found.values.len(), right.values.len());
@@ -131,7 +136,7 @@ fn maps_and_warps_are_those_of_the_shaders() {
             let mut warp = WarpMap::new(1, CELLS);
             warp.fit_maxima(Axis::X, &right, 3.0);
             warp.fit_maxima(Axis::Y, &right, 3.0);
-            let apart = apart(&warp.warp, layer.warp.as_ref().unwrap());
+            let apart = apart(&warp.warp, functions_of(layer));
             assert!(apart.iter().all(|&apart| apart < 1e-5), "{case}");
         }
         let shown = by_the_shaders(&scene, &camera, &light, "notw");
@@ -151,7 +156,7 @@ fn maps_and_warps_are_those_of_the_shaders() {
             };
             let found = map(&fitted(layer), along, Factors::NONE, Some(&warp.warp));
             warp.fit_counts(Axis::Y, &found, FIT);
-            let apart = apart(&warp.warp, layer.warp.as_ref().unwrap());
+            let apart = apart(&warp.warp, functions_of(layer));
             let (along_x, along_y) = apart.split_at(apart.len() / 2);
             assert!(along_x.iter().all(|&apart| apart < 1e-4), "{case}");
             let mean = along_y.iter().sum::<f32>() / along_y.len() as f32;

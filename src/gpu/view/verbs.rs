@@ -18,6 +18,7 @@ use crate::importance::{EdgeBias, Factors, Grid, Importance, OldImportance};
 use crate::map_settings::MapSettings;
 use crate::paging::Paging;
 use crate::verbs::{FitQueries, Traversal, Verbs};
+use crate::warp::tables::Table;
 use crate::warp::{Axis, CountFit};
 
 impl<'a> FitQueries<'a> for View<'a> {
@@ -207,6 +208,12 @@ impl<'a> Verbs<'a> for View<'a> {
 
     fn set_functions(&mut self, warp: &mut WarpMap, values: &[f32]) {
         warp.set(&mut self.frame, values);
+    }
+
+    fn sampled_warp(&mut self, _: &Table, _: u32) -> Result<WarpMap> {
+        Err(Error::Device(
+            "warps by samples have no form on the GPU engine; take device='cpu'".to_string(),
+        ))
     }
 
     fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {
