@@ -363,4 +363,33 @@ mod tests {
         }
         assert!(count > 1000);
     }
+
+    #[test]
+    fn a_wide_packet_begins_before_any_of_its_rays_enters_the_scene() {
+        let corner = DVec3::splat(-10.0);
+        let small = |at: DVec3, size: f64| [at, at + size * DVec3::X, at + size * DVec3::Y];
+        let vertices = [small(corner, 0.1), small(-corner, -0.1)].concat();
+        let bvh = Bvh::new(&Scene::new(vertices, vec![[0, 1, 2], [3, 4, 5]]).unwrap());
+        let direction = DVec3::new(0.95, 0.3, 0.1).normalize();
+        let origin = corner + DVec3::new(0.03, 0.03, 0.0) - 40.0 * direction;
+        // The ray in the middle passes the corner before it comes near the scene.
+        let spread = DVec3::new(20.0, 20.0, 0.0);
+        let middle = origin - 0.999 * DVec3::new(20.0, -20.0, 0.0);
+        for (origin, spread) in [(origin, DVec3::ZERO), (middle, spread)] {
+            let ray = ThickRay {
+                origin,
+                direction,
+                start: 0.0,
+                end: f64::INFINITY,
+                margin: 1e-6,
+                spread,
+            };
+            let mut met = Vec::new();
+            bvh.visit(ray, |triangle| {
+                met.push(triangle);
+                ControlFlow::Continue(f64::INFINITY)
+            });
+            assert!(met.contains(&0), "{spread}: {met:?}");
+        }
+    }
 }
