@@ -420,13 +420,13 @@ LAB: Mapping[str, Command] = {
     "papers": Command.of(papers, "lixel lab papers --quick", "lixel lab papers rosen-1 -o out"),
     "rankings": Command.of(rankings, "lixel lab rankings scenes -o rankings.parquet"),
     "angles": Command.of(angles, "lixel lab angles -o angles.csv"),
-    "stress": Command.of(stress, "lixel lab stress --quick --method exact", device="gpu"),
+    "stress": Command.of(stress, "lixel lab stress --quick --method exact", device="cpu"),
     "culling": Command.of(culling, device="gpu"),
-    "flicker": Command.of(flicker, device="gpu"),
+    "flicker": Command.of(flicker, device="cpu"),
     "accuracy": Command.of(
-        accuracy, "lixel lab accuracy scenes --method rtw:lookup=depth -o wrong.csv", device="gpu"
+        accuracy, "lixel lab accuracy scenes --method rtw:lookup=depth -o wrong.csv", device="cpu"
     ),
-    "departures": Command.of(departures, device="gpu"),
+    "departures": Command.of(departures, device="cpu"),
     "aligned": Command.of(aligned, device="cpu"),
     "growth": Command.of(growth, device="gpu"),
     "pages": Command.of(pages, "lixel lab pages scenes -o pages.parquet", device="cpu"),
