@@ -10,15 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..masks import (
-    MAX_TEXELS,
-    AlphaMask,
-    PartMask,
-    TooManyTexelsError,
-    Wrap,
-    alpha_of_image,
-    decoded_alpha,
-)
+from ..masks import AlphaMask, PartMask, Wrap, alpha_of_image
+from .alpha_images import AlphaImages, Texels
 from .contents import FileError, words_of
 from .references import referenced
 from .text import name_of, plain
@@ -29,8 +22,6 @@ _WORDS_AFTER = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
 """How many numbers may follow an option of an image; any other is followed by one word."""
 
 _UNTOLD = {"-t": "turbulence", "-mm": "a change of its values"}
-
-Texels = npt.NDArray[np.uint8]
 
 
 @dataclass
@@ -86,7 +77,7 @@ class Materials:
         self._entries: dict[str, _Entry] = {}
         self._missing: dict[str, str | None] = {}
         self._alpha: dict[tuple[str, str], Texels | None] = {}
-        self._texels_left = MAX_TEXELS
+        self._images = AlphaImages(leave_out)
 
     def add(self, names: str) -> None:
         """Those of a file, whose name may have spaces, or of several."""
@@ -169,20 +160,9 @@ class Materials:
         except FileError as error:
             self._leave_out(f"holes of material {name!r}: {error}")
             return None
-        try:
-            alpha = decoded_alpha(
-                content, self._texels_left, f"{image!r}", lambda opened: _opacity(opened, channel)
-            )
-        except MemoryError:
-            raise
-        except TooManyTexelsError as error:
-            raise FileError(str(error), "make its images smaller") from None
-        except Exception as error:
-            # Pictures are decoded by libraries that fail with any error there is.
-            self._leave_out(f"holes of material {name!r}: {image!r} cannot be read ({error})")
-            return None
-        self._texels_left -= 0 if alpha is None else alpha.size
-        return alpha
+        return self._images.decoded(
+            content, f"{image!r}", f"{name!r}", lambda opened: _opacity(opened, channel)
+        )
 
 
 def _image(words: str) -> _Image:

@@ -9,16 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...masks import (
-    MAX_TEXELS,
-    AlphaMask,
-    PartMask,
-    Sampling,
-    TooManyTexelsError,
-    Wrap,
-    decoded_alpha,
-)
-from ..contents import FileError, words_of
+from ...masks import AlphaMask, PartMask, Sampling, Wrap
+from ..alpha_images import AlphaImages
+from ..contents import words_of
 from ..references import referenced
 from .document import Document, Object, extension_of, whole
 from .primitives import Primitive
@@ -51,7 +44,7 @@ class MaskedMaterials:
         self._leave_out = leave_out
         self._alpha: dict[int, npt.NDArray[np.uint8] | None] = {}
         self._masks: dict[tuple[object, ...], AlphaMask] = {}
-        self._texels_left = MAX_TEXELS
+        self._images = AlphaImages(leave_out)
 
     def of_primitive(self, primitive: Primitive) -> PartMask | None:
         """What masks the triangles of a primitive; None: nothing."""
@@ -109,19 +102,7 @@ class MaskedMaterials:
         except Exception as error:
             self._leave_out(f"holes of material {material}: {words_of(error)}")
             return None
-        try:
-            alpha = decoded_alpha(content, self._texels_left, f"image {source}")
-        except MemoryError:
-            raise
-        except TooManyTexelsError as error:
-            raise FileError(str(error), "make its images smaller") from None
-        except Exception as error:
-            # Pictures are decoded by libraries that fail with any error there is.
-            why = f"image {source} cannot be read ({error})"
-            self._leave_out(f"holes of material {material}: {why}")
-            return None
-        self._texels_left -= 0 if alpha is None else alpha.size
-        return alpha
+        return self._images.decoded(content, f"image {source}", material)
 
     def _content(self, source: int) -> bytes:
         image = self._document.item("images", source)
