@@ -239,27 +239,23 @@ fn prepare_refine() {
     next_groups = groups_for(counters.current_unfinished);
 }
 
-@compute @workgroup_size(GROUP)
-fn refine(invocation: Invocation) {
-    let job = job_uniform;
-    let warp = load_warp();
+fn settle_unfinished(job: Tessellation, invocation: Invocation) {
     let index = index_of_invocation(invocation, GROUP);
     if index >= counters.current_unfinished {
         return;
     }
     let piece = unfinished[index];
-    settle(job, warp, piece.triangle, piece.a, piece.b, piece.c);
+    settle(job, load_warp(), piece.triangle, piece.a, piece.b, piece.c);
+}
+
+@compute @workgroup_size(GROUP)
+fn refine(invocation: Invocation) {
+    settle_unfinished(job_uniform, invocation);
 }
 
 @compute @workgroup_size(GROUP)
 fn finish(invocation: Invocation) {
     var job = job_uniform;
     job.longest_edge = FAR;
-    let warp = load_warp();
-    let index = index_of_invocation(invocation, GROUP);
-    if index >= counters.current_unfinished {
-        return;
-    }
-    let piece = unfinished[index];
-    settle(job, warp, piece.triangle, piece.a, piece.b, piece.c);
+    settle_unfinished(job, invocation);
 }

@@ -287,6 +287,16 @@ mod tests {
     use super::*;
     use crate::twin::Random;
 
+    /// The triangles near a ray.
+    fn met(bvh: &Bvh, ray: ThickRay) -> Vec<u32> {
+        let mut met = Vec::new();
+        bvh.visit(ray, |triangle| {
+            met.push(triangle);
+            ControlFlow::Continue(f64::INFINITY)
+        });
+        met
+    }
+
     #[test]
     fn grown_boxes_hold_their_triangles_and_the_margin() {
         let vertices = vec![
@@ -323,14 +333,7 @@ mod tests {
         }
         let triangles = (0..400).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let bvh = Bvh::new(&Scene::new(vertices, triangles).unwrap());
-        let met = |ray| {
-            let mut met = Vec::new();
-            bvh.visit(ray, |triangle| {
-                met.push(triangle);
-                ControlFlow::Continue(f64::INFINITY)
-            });
-            met
-        };
+        let met = |ray| met(&bvh, ray);
         let mut count = 0;
         for i in 0..500 {
             // From within the scene, and wide from far outside of it.
@@ -384,11 +387,7 @@ mod tests {
                 margin: 1e-6,
                 spread,
             };
-            let mut met = Vec::new();
-            bvh.visit(ray, |triangle| {
-                met.push(triangle);
-                ControlFlow::Continue(f64::INFINITY)
-            });
+            let met = met(&bvh, ray);
             assert!(met.contains(&0), "{spread}: {met:?}");
         }
     }

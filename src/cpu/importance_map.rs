@@ -130,7 +130,7 @@ impl<S: Simd> KindVisitor for Rows<'_, S> {
                 for (i, &mask) in masks.iter().enumerate() {
                     if mask != 0 {
                         let row = pass.placed(simd, &kind, block, i);
-                        pass.add(&row, mask, block, (x, y, i), map);
+                        pass.add(simd, &row, mask, block, (x, y, i), map);
                     }
                 }
             },
@@ -145,8 +145,6 @@ struct Placed {
     /// The cell that each falls in.
     cells: [u32; LANES],
     weights: [f32; LANES],
-    /// The weights as whole numbers of the unit, where cells count by nothing else.
-    counts: [u32; LANES],
     /// Which are on the map.
     mask: u32,
 }
@@ -184,7 +182,6 @@ impl Pass<'_> {
             v: v.into(),
             cells: (line * self.cells + place).into(),
             weights: weights.into(),
-            counts: indices(simd, rounded(weights * self.count_unit.unwrap_or(0.0))),
             mask: mask_bits(on_u) & mask_bits(on_v),
         }
     }
@@ -192,6 +189,7 @@ impl Pass<'_> {
     #[inline(always)]
     fn add<S: Simd>(
         &self,
+        simd: S,
         row: &Placed,
         mask: u32,
         block: &BlockReceivers<S>,
@@ -200,23 +198,29 @@ impl Pass<'_> {
     ) {
         let has_factors = self.factors.has_more_than_distance();
         let points = has_factors.then(|| block.points[i].map(<[f64; LANES]>::from));
-        for lane in bits(mask & row.mask) {
-            let mut weight = row.weights[lane];
-            if let Some([a, b, c]) = &points {
-                weight *= self.weight(&Receiver {
+        let mut weights = row.weights;
+        if let Some([a, b, c]) = points {
+            for lane in bits(mask & row.mask) {
+                weights[lane] *= self.weight(&Receiver {
                     pixel: (x + lane, y + i),
                     triangle: block.ids[i][lane],
                     point: DVec3::new(a[lane], b[lane], c[lane]),
                     place: [row.u[lane], row.v[lane]],
                 });
             }
-            let cell = &mut map[row.cells[lane] as usize];
-            match self.count_unit {
-                Some(_) if !has_factors => *cell += row.counts[lane],
-                Some(unit) => *cell += (weight * unit).round() as u32,
+        }
+        let Some(unit) = self.count_unit else {
+            for lane in bits(mask & row.mask) {
+                let cell = &mut map[row.cells[lane] as usize];
                 // Positive floats are ordered as their bits are.
-                None => *cell = weight.to_bits().max(*cell),
+                *cell = weights[lane].to_bits().max(*cell);
             }
+            return;
+        };
+        let weights = f32x8::simd_from(simd, weights);
+        let counts: [u32; LANES] = simd.cvt_u32_f32x8(rounded(weights * unit)).into();
+        for lane in bits(mask & row.mask) {
+            map[row.cells[lane] as usize] += counts[lane];
         }
     }
 

@@ -7,8 +7,8 @@
 use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
 use super::holes::Holes;
 use super::lanes::{
-    EPSILON, LANES, Simd, bits, dispatch, f32x8, greatest, indices, least, level, mask_bits,
-    mask32x8, numbers, splat, u32x8,
+    EPSILON, LANES, Simd, bits, dispatch, f32x8, indices, least, level, mask_bits, mask32x8,
+    numbers, splat, u32x8,
 };
 use super::shapes::{Corners, Shapes};
 use super::tile_rays::TileRays;
@@ -202,12 +202,9 @@ impl<'p> Painter<'p> {
                 for (places, count) in eights(0..list.len()) {
                     let ids = ids_at(list, places);
                     let eight = self.set_up(simd, ids, is_wide, (origin, SIDE), rounding);
-                    let boxes = pixel_boxes(simd, &eight.corners, rounding);
+                    let pixels = pixel_boxes(simd, eight.boxes);
                     for lane in 0..count {
-                        let pixels = match eight.anywhere >> lane & 1 {
-                            0 => boxes.each(|side| side[lane] as usize),
-                            _ => [0, TILE - 1, 0, TILE - 1],
-                        };
+                        let pixels = pixels.each(|side| side[lane] as usize);
                         match eight.wide >> lane & 1 {
                             0 => {
                                 tile.draw::<S, false>(simd, &eight.shapes, lane, ids[lane], pixels)
@@ -231,7 +228,7 @@ impl<'p> Painter<'p> {
         rounding: f32,
     ) -> EightTriangles<S> {
         let corners = Corners::new(simd, self.places, triangles_of(self.scene, ids));
-        let anywhere = corners.out_of_reach(simd, self.view);
+        let out_of_reach = corners.out_of_reach(simd, self.view);
         let corners = corners.relative_to(origin);
         let (mut shapes, mut wide) = (Shapes::NONE, 0xff);
         if !is_wide {
@@ -239,8 +236,7 @@ impl<'p> Painter<'p> {
             wide = !shapes.well_known(simd);
         }
         EightTriangles {
-            corners,
-            anywhere,
+            boxes: corners.boxes(simd, out_of_reach, rounding),
             shapes,
             wide,
         }
@@ -249,25 +245,22 @@ impl<'p> Painter<'p> {
 
 /// Triangles that are set up relative to a place.
 pub struct EightTriangles<S: Simd> {
-    pub corners: Corners<S>,
-    /// Those whose corners float32 does not know.
-    pub anywhere: u32,
+    pub boxes: [f32x8<S>; 4],
     pub shapes: Shapes,
     /// Those that are set up in float64, not here.
     pub wide: u32,
 }
 
-/// First and last column and row of the pixels of a tile whose middles eight triangles may hold.
+/// First and last column and row of the pixels of a tile whose middles eight boxes may hold.
 #[inline(always)]
-fn pixel_boxes<S: Simd>(simd: S, corners: &Corners<S>, rounding: f32) -> [[u32; LANES]; 4] {
+fn pixel_boxes<S: Simd>(simd: S, [x0, x1, y0, y1]: [f32x8<S>; 4]) -> [[u32; LANES]; 4] {
     let (zero, end) = (splat(simd, 0.0), splat(simd, SIDE - 1.0));
-    let (x, y) = (corners.x, corners.y);
     let pixel = |number: f32x8<S>| indices(simd, number.max(zero).min(end));
     [
-        pixel((least(x) - rounding).ceil()),
-        pixel((greatest(x) + rounding).floor()),
-        pixel((least(y) - rounding).ceil()),
-        pixel((greatest(y) + rounding).floor()),
+        pixel(x0.ceil()),
+        pixel(x1.floor()),
+        pixel(y0.ceil()),
+        pixel(y1.floor()),
     ]
 }
 

@@ -2,20 +2,21 @@
 //! at their corners.
 
 use super::bins::{Bins, eights, ids_at, triangles_of};
-use super::lanes::{LANES, Simd, bits, dispatch, f32x8, greatest, least, level};
+use super::lanes::{LANES, Simd, bits, dispatch, f32x8, level};
 use super::rasterize::Painter;
 use super::shapes::Corners;
 use super::tile_rays::{TileRays, boxes_met};
 use super::tiles::TILE;
+use crate::lanes::Each;
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
 
-/// The box of a triangle that may be anywhere.
-pub const EVERYWHERE: [f32; 4] = [
-    f32::NEG_INFINITY,
+/// A box that nothing meets.
+const NOWHERE: [f32; 4] = [
     f32::INFINITY,
     f32::NEG_INFINITY,
     f32::INFINITY,
+    f32::NEG_INFINITY,
 ];
 
 /// Of what rounding may have moved a corner by, how much a box is wider: rays are rounded, too.
@@ -80,23 +81,11 @@ fn each_box<S: Simd>(
     for (places, count) in eights(0..ids.len()) {
         let ids = ids_at(ids, places);
         let corners = Corners::new(simd, painter.places, triangles_of(painter.scene, ids));
-        let anywhere = corners.out_of_reach(simd, painter.view);
-        let Corners { x, y, .. } = corners;
-        let sides = [
-            (least(x) - room).to_array(),
-            (greatest(x) + room).to_array(),
-            (least(y) - room).to_array(),
-            (greatest(y) + room).to_array(),
-        ];
-        for lane in 0..count {
-            let of_lane = [
-                sides[0][lane],
-                sides[1][lane],
-                sides[2][lane],
-                sides[3][lane],
-            ];
-            let is_anywhere = anywhere >> lane & 1 != 0;
-            found(ids[lane], if is_anywhere { EVERYWHERE } else { of_lane });
+        let out_of_reach = corners.out_of_reach(simd, painter.view);
+        let boxes = corners.boxes(simd, out_of_reach, room);
+        let boxes = boxes.each(|side| side.to_array());
+        for (lane, &id) in ids.iter().enumerate().take(count) {
+            found(id, boxes.each(|side| side[lane]));
         }
     }
 }
@@ -111,9 +100,8 @@ impl Boxes {
 
     /// Adds boxes that nothing meets, up to a multiple of eight.
     fn fill_up(&mut self) {
-        let [x0, x1, y0, y1] = EVERYWHERE;
         while !self.ids.len().is_multiple_of(LANES) {
-            self.push(0, [x1, x0, y1, y0]);
+            self.push(0, NOWHERE);
         }
     }
 

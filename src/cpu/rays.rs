@@ -4,9 +4,9 @@
 //! clipped.
 
 use super::bins::{eights, ids_at};
-use super::lanes::{LANES, Simd, bits, f32x8, f64x8, greatest, least, mask_bits, numbers, splat};
+use super::lanes::{LANES, Simd, bits, f32x8, f64x8, mask_bits, numbers, splat};
 use super::rasterize::{Painter, Tile};
-use super::ray_bins::{EVERYWHERE, RayBin};
+use super::ray_bins::RayBin;
 use super::shapes::Shapes;
 use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCKS, TILE, TILE_PIXELS};
@@ -39,18 +39,9 @@ impl Painter<'_> {
                 let ids = ids_at(list, places);
                 let place = (rays.origin, rays.side);
                 let eight = self.set_up(simd, ids, is_wide, place, rounding);
-                let (x, y) = (eight.corners.x, eight.corners.y);
-                let sides = [
-                    (least(x) - rounding).to_array(),
-                    (greatest(x) + rounding).to_array(),
-                    (least(y) - rounding).to_array(),
-                    (greatest(y) + rounding).to_array(),
-                ];
+                let boxes = eight.boxes.each(|side| side.to_array());
                 for lane in 0..count {
-                    let sides = match eight.anywhere >> lane & 1 {
-                        0 => sides.each(|side| side[lane]),
-                        _ => EVERYWHERE,
-                    };
+                    let sides = boxes.each(|side| side[lane]);
                     let shape = (&eight.shapes, lane, sides);
                     match eight.wide >> lane & 1 {
                         0 => tile.draw_at_rays::<S, false>(simd, shape, ids[lane], rays),

@@ -1,7 +1,7 @@
 //! Triangles as the lanes test them: eight are set up at once, or one in float64.
 
 use super::lanes::{
-    EPSILON, LANES, Simd, columns, f32x8, greatest, least, mask_bits, numbers, splat,
+    EPSILON, LANES, Simd, columns, f32x8, greatest, least, mask_bits, mask32x8, numbers, splat,
 };
 use super::tiles::BLOCK;
 use super::view::{Place, Planes, View};
@@ -70,6 +70,19 @@ impl<S: Simd> Corners<S> {
         let is_far = (least(x).simd_lt(-reach) | reach.simd_lt(greatest(x)))
             | (least(y).simd_lt(-reach) | reach.simd_lt(greatest(y)));
         mask_bits(passes_origin | is_far)
+    }
+
+    /// Least and greatest column, least and greatest row, wider by some room; those out of reach may be anywhere.
+    #[inline(always)]
+    pub fn boxes(&self, simd: S, out_of_reach: u32, room: f32) -> [f32x8<S>; 4] {
+        let anywhere = mask32x8::from_bitmask(simd, u64::from(out_of_reach));
+        let (low, high) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
+        [
+            anywhere.select(low, least(self.x) - room),
+            anywhere.select(high, greatest(self.x) + room),
+            anywhere.select(low, least(self.y) - room),
+            anywhere.select(high, greatest(self.y) + room),
+        ]
     }
 
     #[inline(always)]

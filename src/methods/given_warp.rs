@@ -90,11 +90,9 @@ impl GivenWarp {
             given.boundaries as u32 - 1,
             resolution,
         )?;
-        let values: Vec<_> = given
-            .values
-            .chunks_exact(2 * given.functions * given.boundaries)
-            .collect();
-        view.set_functions(&mut warp, values[layer % values.len()]);
+        let size = 2 * given.functions * given.boundaries;
+        let mut values = given.values.chunks_exact(size).cycle();
+        view.set_functions(&mut warp, values.nth(layer).expect("one layer at least"));
         view.finish_warp(&mut warp, resolution);
         Ok(warp)
     }

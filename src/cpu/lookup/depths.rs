@@ -184,22 +184,20 @@ impl<S: Simd> BlockLookup<'_, S> {
     /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.
     #[inline(always)]
     fn columns_and_rows(&self, row: &RowReceivers<S>) -> [V2<f32x8<S>>; MOST] {
-        let (simd, layer) = (self.simd, self.layer);
+        let layer = self.layer;
         let reach = f32::from(layer.comparison.reach);
         let mut middles = [row.middle; MOST];
         let warp = layer.warp.and_then(Warping::functions);
         let functions = warp.map(|WarpMap { warp, inverses }| {
             warp.functions_of_texel(inverses, layer.size.x as usize, row.middle)
         });
-        let (zero, size) = (splat(simd, 0.0), self.v2(layer.size));
-        let last = self.v2(layer.size - 1.0);
+        let size = self.v2(layer.size);
         let side = layer.comparison.side();
         for (i, middle) in middles.iter_mut().enumerate().take(side) {
             let texel = row.middle.map(|texel| texel + (i as f32 - reach));
             *middle = match (warp, functions) {
                 (Some(WarpMap { warp, inverses }), Some(functions)) => {
-                    let texel = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
-                    let texels = layer.size.x as usize;
+                    let (texel, texels) = (self.nearest_on_map(texel), layer.size.x as usize);
                     let linear = warp.linear_by_functions(inverses, texels, functions, texel);
                     linear.zip(size, |v, size| v * size)
                 }
