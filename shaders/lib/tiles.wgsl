@@ -70,6 +70,18 @@ fn coverage_of_bound(
     return coverage;
 }
 
+// The band of the first row of a bound that is in a later one than this. A tile has rows in eight bands at most,
+// and where there are many others lie between them.
+fn band_after(projection: Projection, warp: Warp, function: u32, bound: Bound, band: u32) -> u32 {
+    var row = bound.first.y;
+    var found = band;
+    while found <= band && row < bound.last.y {
+        row += 1;
+        found = band_of_row(warp, function, row, projection.size);
+    }
+    return max(found, band + 1u);
+}
+
 // Draws the texels of a bound that the caster covers, in a band or in all.
 fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bound: Bound, only_band: u32) {
     let width = u32(bound.last.x - bound.first.x) + 1u;
@@ -82,12 +94,13 @@ fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bou
             let is_of_it = function_of_column(warp, bound.first.x + i32(x), projection.size) == function;
             within |= select(0u, 1u << x, is_of_it && x >= column && x < width);
         }
-        var bands = vec2<u32>(only_band);
+        var band = only_band;
+        var last_band = only_band;
         if only_band == ALL_BANDS {
-            bands.x = band_of_row(warp, function, bound.first.y, projection.size);
-            bands.y = band_of_row(warp, function, bound.last.y, projection.size);
+            band = band_of_row(warp, function, bound.first.y, projection.size);
+            last_band = band_of_row(warp, function, bound.last.y, projection.size);
         }
-        for (var band = bands.x; band <= bands.y; band += 1u) {
+        loop {
             let coverage = coverage_of_bound(projection, warp, caster, bound, function, within, band);
             var texels = coverage.texels;
             while any(texels != vec2<u32>(0u)) {
@@ -100,6 +113,10 @@ fn draw_covered(projection: Projection, warp: Warp, caster: Caster, id: u32, bou
                 let ray = ray_from_texel(projection, place_of(coverage, texel));
                 store_covered(projection, caster, id, bound.first + vec2<i32>(texel), ray);
             }
+            if band >= last_band {
+                break;
+            }
+            band = band_after(projection, warp, function, bound, band);
         }
         column += countOneBits(within);
     }

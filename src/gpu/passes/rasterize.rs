@@ -166,12 +166,10 @@ impl<'a> Drawing<'a> {
         let depth_bits = u32::BITS - tile_bits[0] - tile_bits[1] - band_bits;
         // Steps are told apart in float32 with room for rounding.
         let last_step = f64::from((1u32 << depth_bits.min(16)) - 1);
-        // Coarser tiles for larger maps: no triangle is cut into more than 64 x 64 of them.
-        let coarse_side = projection.width.max(projection.height).div_ceil(64);
         RasterizationUniform {
             projection: ProjectionUniform::new(projection, scene.origin),
             triangle_count: scene.triangle_count,
-            coarse_shift: coarse_side.next_power_of_two().max(128).trailing_zeros(),
+            coarse_shift: self.coarse_shift(),
             tile_bits,
             band_bits,
             has_bands: u32::from(self.has_bands),
@@ -180,17 +178,30 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Triangles or items that an invocation takes one after the other.
+    /// Texels along each side of a coarse tile, in powers of two: no triangle is cut into more than 64 x 64 of them.
+    fn coarse_shift(&self) -> u32 {
+        let Projection { width, height, .. } = *self.job.projection;
+        let side = width.max(height).div_ceil(64);
+        side.next_power_of_two().max(128).trailing_zeros()
+    }
+
+    /// Triangles or items that an invocation takes one after the other: all of its loops together must stay below
+    /// 65,535 iterations.
     fn per_invocation(&self, gpu: &Gpu) -> u32 {
         let Projection { width, height, .. } = *self.job.projection;
-        let most = gpu.work_per_invocation(1, 64);
-        if !self.has_bands {
-            return most;
+        let [columns, rows] = [width, height].map(|side| side.div_ceil(1 << self.coarse_shift()));
+        // So many coarse tiles a triangle may be cut into.
+        let most = gpu
+            .work_per_invocation(1, 64)
+            .min(60_000 / (columns * rows));
+        if self.has_bands {
+            assert!(self.bands <= max_bands(width, height));
         }
-        assert!(self.bands <= max_bands(width, height));
-        // A lane takes several bands and columns of functions of an item: all of an invocation's loops together
-        // must stay below 65,535 iterations.
-        most.min(32)
+        // A lane takes several bands and columns of functions of an item.
+        match self.bands {
+            1 => most,
+            _ => most.min(32),
+        }
     }
 }
 
