@@ -9,8 +9,14 @@ use crate::reference::reference;
 use crate::twin::Random;
 use glam::DVec3;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use naga::{BinaryOperator, Expression, MathFunction, Module, ScalarKind, TypeInner};
+use naga::{
+    BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, TypeInner,
+};
+use std::collections::HashMap;
 use std::ops::Range;
+
+/// How many numbers each expression of a function has whose value is a float or a vector of floats.
+type Counts = HashMap<Handle<Expression>, usize>;
 
 /// Counts workgroups from the last one.
 fn reversed(source: String) -> String {
@@ -91,8 +97,9 @@ fn length_of_arguments(text: &str) -> usize {
     0
 }
 
-/// Where quotients and roots stand in the source, and how many numbers each is.
-fn quotients_and_roots(source: &str) -> Vec<(Range<usize>, usize)> {
+/// Does something for every expression of a function whose value is a float or a vector of floats: what it is, the
+/// function, and the numbers of each such expression of it.
+fn for_floats(source: &str, mut visit: impl FnMut(Handle<Expression>, &Function, &Counts)) {
     let module: Module = naga::front::wgsl::parse_str(source).unwrap();
     let info = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module);
     let info = info.unwrap();
@@ -102,37 +109,230 @@ fn quotients_and_roots(source: &str) -> Vec<(Range<usize>, usize)> {
         .map(|(handle, f)| (f, &info[handle]));
     let entries = module.entry_points.iter().enumerate();
     let entries = entries.map(|(i, entry)| (&entry.function, info.get_entry_point(i)));
-    let mut found = Vec::new();
     for (function, info) in functions.chain(entries) {
-        for (handle, expression) in function.expressions.iter() {
-            let is_rounded = match expression {
-                Expression::Binary { op, .. } => *op == BinaryOperator::Divide,
-                Expression::Math { fun, .. } => matches!(
-                    fun,
-                    MathFunction::Sqrt
-                        | MathFunction::InverseSqrt
-                        | MathFunction::Length
-                        | MathFunction::Distance
-                        | MathFunction::Normalize
-                ),
-                _ => false,
-            };
+        let counts = function.expressions.iter().filter_map(|(handle, _)| {
             let count = match *info[handle].ty.inner_with(&module.types) {
                 TypeInner::Scalar(scalar) if scalar.kind == ScalarKind::Float => 1,
                 TypeInner::Vector { size, scalar } if scalar.kind == ScalarKind::Float => {
                     size as usize
                 }
-                _ => continue,
+                _ => return None,
             };
-            if is_rounded {
-                let span = function.expressions.get_span(handle).to_range().unwrap();
-                // Of a call it is the name alone.
-                let end = span.end + length_of_arguments(&source[span.end..]);
-                found.push((span.start..end, count));
+            Some((handle, count))
+        });
+        let counts: Counts = counts.collect();
+        for (handle, _) in function.expressions.iter() {
+            if counts.contains_key(&handle) {
+                visit(handle, function, &counts);
             }
         }
     }
+}
+
+/// Where an expression stands in the source, if it does.
+fn span_of(source: &str, function: &Function, handle: Handle<Expression>) -> Option<Range<usize>> {
+    let span = function.expressions.get_span(handle).to_range()?;
+    // Of a call it is the name alone.
+    Some(span.start..span.end + length_of_arguments(&source[span.end..]))
+}
+
+/// Where quotients and roots stand in the source, and how many numbers each is.
+fn quotients_and_roots(source: &str) -> Vec<(Range<usize>, usize)> {
+    let mut found = Vec::new();
+    for_floats(source, |handle, function, counts| {
+        let is_rounded = match &function.expressions[handle] {
+            Expression::Binary { op, .. } => *op == BinaryOperator::Divide,
+            Expression::Math { fun, .. } => matches!(
+                fun,
+                MathFunction::Sqrt
+                    | MathFunction::InverseSqrt
+                    | MathFunction::Length
+                    | MathFunction::Distance
+                    | MathFunction::Normalize
+            ),
+            _ => false,
+        };
+        if is_rounded {
+            let span = span_of(source, function, handle).unwrap();
+            found.push((span, counts[&handle]));
+        }
+    });
     found
+}
+
+/// What stands in the place of an expression: text, and other parts of the source.
+enum Piece {
+    Text(&'static str),
+    Source(Range<usize>),
+}
+
+/// The source, or a part of it, with all replacements in it; of those that overlap the outermost, and those in its parts.
+fn replaced(source: &str, whole: Range<usize>, all: &[(Range<usize>, Vec<Piece>)]) -> String {
+    let mut text = String::new();
+    let mut place = whole.start;
+    // Sorted by their starts, longer ones first.
+    for (span, pieces) in all {
+        if span.start < place || span.end > whole.end {
+            continue;
+        }
+        text.push_str(&source[place..span.start]);
+        for piece in pieces {
+            match piece {
+                Piece::Text(piece) => text.push_str(piece),
+                Piece::Source(part) => text.push_str(&replaced(source, part.clone(), all)),
+            }
+        }
+        place = span.end;
+    }
+    text + &source[place..whole.end]
+}
+
+fn with_replacements(source: &str, mut all: Vec<(Range<usize>, Vec<Piece>)>) -> String {
+    all.sort_by_key(|(span, _)| (span.start, usize::MAX - span.end));
+    replaced(source, 0..source.len(), &all)
+}
+
+/// A sum or a difference of floats: whether the right side is subtracted, and both sides.
+fn sum_of(
+    function: &Function,
+    handle: Handle<Expression>,
+    counts: &Counts,
+) -> Option<(bool, [Handle<Expression>; 2])> {
+    match function.expressions[handle] {
+        Expression::Binary { op, left, right } if counts.contains_key(&handle) => match op {
+            BinaryOperator::Add => Some((false, [left, right])),
+            BinaryOperator::Subtract => Some((true, [left, right])),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Where the sides of an operator stand in an expression. What has a name stands elsewhere, its name here.
+fn spans_of_sides(
+    source: &str,
+    function: &Function,
+    whole: &Range<usize>,
+    sides: [Handle<Expression>; 2],
+) -> [Range<usize>; 2] {
+    let [left, right] = sides.map(|side| {
+        span_of(source, function, side)
+            .filter(|span| whole.start <= span.start && span.end <= whole.end)
+    });
+    let from = left.as_ref().map_or(whole.start, |left| left.end);
+    let to = right.as_ref().map_or(whole.end, |right| right.start);
+    let operator = from + source[from..to].find(['+', '-', '*']).unwrap();
+    let trimmed = |range: Range<usize>| {
+        let text = source[range.clone()].trim_end();
+        let end = range.start + text.len();
+        end - text.trim_start().len()..end
+    };
+    [
+        left.unwrap_or_else(|| trimmed(whole.start..operator)),
+        right.unwrap_or_else(|| trimmed(operator + 1..whole.end)),
+    ]
+}
+
+/// The terms of a sum that stand in its own expression, and whether each is subtracted.
+fn terms_of(
+    source: &str,
+    function: &Function,
+    counts: &Counts,
+    (handle, span, is_subtracted): (Handle<Expression>, Range<usize>, bool),
+    terms: &mut Vec<(Range<usize>, bool)>,
+) {
+    // Only what stands here, not what has a name.
+    let sum = sum_of(function, handle, counts)
+        .filter(|_| span_of(source, function, handle).as_ref() == Some(&span));
+    let Some((is_difference, sides)) = sum else {
+        return terms.push((span, is_subtracted));
+    };
+    let spans = spans_of_sides(source, function, &span, sides);
+    let are_subtracted = [is_subtracted, is_subtracted != is_difference];
+    for ((side, span), is_subtracted) in sides.into_iter().zip(spans).zip(are_subtracted) {
+        terms_of(source, function, counts, (side, span, is_subtracted), terms);
+    }
+}
+
+/// With the terms of each sum added up from the last one to the first, as compilers with fast mathematics may.
+fn backward_sums(source: String) -> String {
+    let mut all = Vec::new();
+    for_floats(&source, |handle, function, counts| {
+        let mut terms = Vec::new();
+        let Some(span) = span_of(&source, function, handle) else {
+            return;
+        };
+        terms_of(
+            &source,
+            function,
+            counts,
+            (handle, span.clone(), false),
+            &mut terms,
+        );
+        if terms.len() < 3 {
+            return;
+        }
+        let mut pieces = vec![Piece::Text("(")];
+        for (i, (span, is_subtracted)) in terms.into_iter().rev().enumerate() {
+            pieces.push(Piece::Text(match (i, is_subtracted) {
+                (0, false) => "(",
+                (0, true) => "-(",
+                (_, false) => " + (",
+                (_, true) => " - (",
+            }));
+            pieces.extend([Piece::Source(span), Piece::Text(")")]);
+        }
+        pieces.push(Piece::Text(")"));
+        all.push((span, pieces));
+    });
+    with_replacements(&source, all)
+}
+
+/// With each product that is added to something rounded together with the sum, as compilers may contract them.
+fn contracted(source: String) -> String {
+    let mut all = Vec::new();
+    for_floats(&source, |handle, function, counts| {
+        let Some((is_difference, sides)) = sum_of(function, handle, counts) else {
+            return;
+        };
+        let Some(whole) = span_of(&source, function, handle) else {
+            return;
+        };
+        let spans = spans_of_sides(&source, function, &whole, sides);
+        for (product, is_right) in [(0, false), (1, true)] {
+            let Expression::Binary {
+                op: BinaryOperator::Multiply,
+                left,
+                right,
+            } = function.expressions[sides[product]]
+            else {
+                continue;
+            };
+            let other = 1 - product;
+            let span = span_of(&source, function, sides[product]);
+            let has_a_name = span.as_ref() != Some(&spans[product]);
+            // A number that stands for a vector of it is none in the source.
+            let is_unlike = |part: &Handle<Expression>| {
+                let is_spread = matches!(function.expressions[*part], Expression::Splat { .. });
+                is_spread || counts.get(part) != counts.get(&handle)
+            };
+            if has_a_name || [left, right, sides[other]].iter().any(is_unlike) {
+                continue;
+            }
+            let signs = match (is_difference, is_right) {
+                (false, _) => ["fma((", "), (", "), (", "))"],
+                (true, false) => ["fma((", "), (", "), -(", "))"],
+                (true, true) => ["fma(-(", "), (", "), (", "))"],
+            };
+            let [first, second, third, end] = signs.map(Piece::Text);
+            let [left, right] = spans_of_sides(&source, function, &spans[product], [left, right])
+                .map(Piece::Source);
+            let other = Piece::Source(spans[other].clone());
+            all.push((whole, vec![first, left, second, right, third, other, end]));
+            break;
+        }
+    });
+    with_replacements(&source, all)
 }
 
 /// With quotients and roots that are up to two units in the last place off, as in WGSL they may be by 2.5.
@@ -229,7 +429,7 @@ fn needles(seed: u64) -> Scene {
 
 #[test]
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
-fn rounded_quotients_change_no_exact_shadow() {
+fn neither_rounded_quotients_nor_other_sums_change_an_exact_shadow() {
     let rewriting = |rewrite| {
         Gpu::variant(Variant {
             rewrite,
@@ -237,7 +437,7 @@ fn rounded_quotients_change_no_exact_shadow() {
         })
     };
     let camera = looking_down();
-    let wrong = |gpu, name| {
+    let wrong = |gpu: &Arc<Gpu>, name: &str| {
         let mut count = 0;
         for scene in [floor_and_squares(4.0), needles(1)] {
             for light in lights() {
@@ -248,10 +448,46 @@ fn rounded_quotients_change_no_exact_shadow() {
         }
         count
     };
-    let gpu = rewriting(rounded);
-    for name in ["exact", "ray_traced"] {
-        assert_eq!(wrong(&gpu, name), 0, "{name}");
+    for rewrite in [rounded, backward_sums, contracted] {
+        let gpu = rewriting(rewrite);
+        for name in ["exact", "ray_traced"] {
+            assert_eq!(wrong(&gpu, name), 0, "{name}");
+        }
     }
     // What is rewritten is run.
     assert!(wrong(&rewriting(coarse), "exact") > 0);
+}
+
+#[test]
+fn sums_are_rewritten_with_all_of_their_terms() {
+    let source = |value| {
+        format!(
+            "fn f(a: f32, b: f32, c: f32, v: vec2f, i: u32) -> f32 {{\n    let s = a - b;\n    return {value};\n}}\n"
+        )
+    };
+    let value = |text: String| {
+        let (_, text) = text.split_once("return ").unwrap();
+        text.split_once(';').unwrap().0.to_string()
+    };
+    for (before, after) in [
+        ("(a - b) + c - v.x", "(-(v.x) + (c) - (b) + (a))"),
+        ("a - (b - sqrt(c))", "((sqrt(c)) - (b) + (a))"),
+        ("a * (a + b + c)", "a * (((c) + (b) + (a)))"),
+        ("b + (s) - c", "(-(c) + ((s)) + (b))"),
+        ("a + b", "a + b"),
+        ("f32(i + 2u + i)", "f32(i + 2u + i)"),
+    ] {
+        assert_eq!(value(backward_sums(source(before))), after);
+    }
+    for (before, after) in [
+        ("a * b + c", "fma((a), (b), (c))"),
+        ("a * s - s", "fma((a), (s), -(s))"),
+        (
+            "a - b * (a * b + c)",
+            "fma(-(b), (fma((a), (b), (c))), (a))",
+        ),
+        ("a + (v * b).x", "a + (v * b).x"),
+    ] {
+        assert_eq!(value(contracted(source(before))), after);
+    }
 }
