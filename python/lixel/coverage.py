@@ -128,16 +128,18 @@ def coverage(
     """
     check_view(scene, camera, light)
     number = count("samples", samples)
-    lit, seen, open_ = (np.zeros((camera.height, camera.width), np.int32) for _ in range(3))
+    # As narrow as the number allows: bytes are added up in an eighth of the time that it takes int32.
+    shape, counted = (camera.height, camera.width), np.min_scalar_type(number)
+    lit, seen, open_ = (np.zeros(shape, counted) for _ in range(3))
     for moved in cameras_of_samples(camera, number):
         if method is None:
             truth = reference(scene, moved, light)
             visibility = truth.visibility
-            open_ += truth.covered & (truth.tie | truth.float32_tie)
+            open_ += (truth.covered & (truth.tie | truth.float32_tie)).view(np.uint8)
         else:
             visibility = render_shadows(scene, moved, light, method, device=device, threads=threads)
-        lit += visibility == 1.0
-        seen += ~np.isnan(visibility)
+        lit += (visibility == 1.0).view(np.uint8)
+        seen += (~np.isnan(visibility)).view(np.uint8)
     of_seen = np.maximum(seen, 1).astype(np.float32)
     return Coverage(
         visibility=np.where(seen > 0, lit / of_seen, np.nan).astype(np.float32),
