@@ -128,7 +128,7 @@ def coverage(
     """
     check_view(scene, camera, light)
     number = count("samples", samples)
-    # As narrow as the number allows: bytes are added up in an eighth of the time that it takes int32.
+    # As narrow as the number allows: bytes are added up in a quarter of the time of int32.
     shape, counted = (camera.height, camera.width), np.min_scalar_type(number)
     lit, seen, open_ = (np.zeros(shape, counted) for _ in range(3))
     for moved in cameras_of_samples(camera, number):
