@@ -29,6 +29,8 @@ pub struct Gpu {
     times_by_clock: AtomicBool,
     pipelines: Mutex<HashMap<PipelineKey, wgpu::ComputePipeline>>,
     render_pipelines: Mutex<HashMap<PipelineKey, wgpu::RenderPipeline>>,
+    /// Of frames before, which are done with them.
+    query_sets: Mutex<Vec<wgpu::QuerySet>>,
     pub pool: Arc<Pool>,
     /// First error that no call returned; the frame that finds it fails with it.
     error: Arc<Mutex<Option<String>>>,
@@ -153,6 +155,7 @@ impl Gpu {
             times_by_clock: AtomicBool::new(false),
             pipelines: Mutex::default(),
             render_pipelines: Mutex::default(),
+            query_sets: Mutex::default(),
             pool,
             error,
             lost,
@@ -291,6 +294,25 @@ impl Gpu {
         self.pool.forget();
         lock(&self.pipelines).clear();
         lock(&self.render_pipelines).clear();
+        lock(&self.query_sets).clear();
+    }
+
+    /// A set of so many queries for timestamps, where there are any; the number is the same at every call.
+    pub(super) fn take_query_set(&self, count: u32) -> Option<wgpu::QuerySet> {
+        let kept = || lock(&self.query_sets).pop();
+        let new = || {
+            self.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("timestamps"),
+                ty: wgpu::QueryType::Timestamp,
+                count,
+            })
+        };
+        self.has_timestamps().then(|| kept().unwrap_or_else(new))
+    }
+
+    /// What is submitted from now on may write it anew.
+    pub(super) fn give_query_set_back(&self, set: wgpu::QuerySet) {
+        lock(&self.query_sets).push(set);
     }
 
     /// A uniform buffer with the value. Not pooled: it is written before the submission, so that no

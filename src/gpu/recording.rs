@@ -77,13 +77,7 @@ impl Recording {
     }
 
     pub(super) fn new(gpu: &Arc<Gpu>, member: Member, culls: bool) -> Self {
-        let queries = gpu.has_timestamps().then(|| {
-            gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("timestamps"),
-                ty: wgpu::QueryType::Timestamp,
-                count: 2 * MAX_PASSES,
-            })
-        });
+        let queries = gpu.take_query_set(2 * MAX_PASSES);
         Self {
             gpu: gpu.clone(),
             culls,
@@ -411,7 +405,11 @@ impl Recording {
         }
     }
 
+    /// The end of a frame whose submissions are done.
     pub fn timings(self) -> Timings {
+        if let Some(queries) = self.queries {
+            self.gpu.give_query_set_back(queries);
+        }
         self.timings
     }
 }
