@@ -248,6 +248,24 @@ LIMITS: tuple[Limit, ...] = (
         ("gpu",),
     ),
     Limit(
+        ("light on a surface, 1e-12 before the wall",),
+        ("plane_optimal",),
+        "A map that is even on a plane has no room for what is far from it, and such a light is in "
+        "the planes of walls.",
+        ("cpu",),
+    ),
+    Limit(
+        (
+            "edge-on, sun at 45 degrees, 1 above the floor",
+            "low sun, 2 degrees high, at 110 degrees",
+        ),
+        ("virtual",),
+        "A level is chosen by the area of a pixel's footprint. A floor that the sun sees nearly "
+        "edge-on has footprints that are long and thin, and a texel of that area reaches over 13 "
+        "pixels; with level_bias=-2 one and four pixels are left.",
+        ("cpu",),
+    ),
+    Limit(
         ("image, 1 x 400 pixels", "image, 3 x 500 pixels"),
         ("focused", "plane_optimal", "scene_optimized"),
         "Fitted to samples of the image, 180 along its longer side: of a few columns none may meet "
