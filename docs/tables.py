@@ -112,8 +112,12 @@ def lights_around() -> str:
 def ties() -> str:
     table = read(RESULTS / "accuracy" / "480x270.parquet")
     all_views = accuracy.summary(table).query("scene == 'all'").iloc[0]
-    share = all_views["ties"] / all_views["covered"]
-    return f"In the {all_views['views']} views above these are {100 * share:.2f} % of the pixels."
+    left_out = all_views["ties"] + all_views["float32_ties"]
+    return (
+        f"In the {all_views['views']} views above these are {left_out:,} pixels, "
+        f"{all_views['ties']:,} of them in float64 and\n"
+        f"{all_views['float32_ties']:,} where float32 sees another surface first."
+    )
 
 
 def exact_views() -> str:
@@ -144,7 +148,7 @@ def without_samples() -> str:
         }
         rows.append(
             {"scene": scene, "views": first["views"], "covered pixels": first["covered"],
-             "ties": first["ties"], **counts}
+             "ties": first["ties"] + first["float32_ties"], **counts}
         )  # fmt: skip
     return markdown(rows)
 

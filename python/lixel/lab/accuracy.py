@@ -128,8 +128,8 @@ def _named_method(text: str) -> tuple[str, Method]:
 
 
 def summary(table: pandas.DataFrame) -> pandas.DataFrame:
-    """Sums by scene and method: views, those that the device could not do, covered pixels, ties,
-    misclassified pixels, and the most of them in one view."""
+    """Sums by scene and method: views, those that the device could not do, covered pixels, ties
+    of float64 and of float32, misclassified pixels, and the most of them in one view."""
     whole = needs("pandas", "study").concat([table, table.assign(scene="all")])
     groups = whole.groupby(["scene", "method"], sort=False)
     sums = groups.agg(
@@ -137,6 +137,7 @@ def summary(table: pandas.DataFrame) -> pandas.DataFrame:
         failed=("misclassified", lambda counts: counts.isna().sum()),
         covered=("covered", "sum"),
         ties=("ties", "sum"),
+        float32_ties=("float32_ties", "sum"),
         misclassified=("misclassified", "sum"),
         most=("misclassified", "max"),
         false_lit=("false_lit", "sum"),
@@ -254,6 +255,7 @@ def _counts(visibility: npt.NDArray[np.float32], truth: Reference) -> dict[str, 
     return {
         "covered": result.covered_count,
         "ties": result.tie_count,
+        "float32_ties": result.float32_tie_count,
         "misclassified": result.misclassified_count,
         "false_lit": result.false_lit_count,
         "false_shadow": result.false_shadow_count,
