@@ -31,7 +31,7 @@ use crate::region::Region;
 use crate::scene::Scene;
 use crate::sides;
 use crate::stats::{Fact, Stats};
-use crate::warp::{Warp, Warping};
+use crate::warp::Warping;
 use glam::DVec2;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -478,10 +478,7 @@ impl LayerReads {
             reads.importance = Some((importance, read));
         }
         if let Some(warp) = warp.filter(|_| outputs.reads_warps()) {
-            let layout = warp.layout;
-            let count = layout.functions[0] as usize * (layout.cells[0] as usize + 1);
-            let read = frame.read(Source::Kept(&warp.table), 2 * count)?;
-            reads.warp = Some((layout, read));
+            reads.warp = Some((warp.layout, warp.read(frame)?));
         }
         Ok(reads)
     }
@@ -502,11 +499,10 @@ impl LayerReads {
             rendered.importance_maps.push((cells, cells, values));
         }
         let warp = match &self.warp {
-            Some((layout, read)) => Some(Warping::Functions(Warp {
-                functions: layout.functions[0] as usize,
-                boundaries: layout.cells[0] as usize + 1,
-                values: results.take(read)?,
-            })),
+            Some((layout, read)) => {
+                let functions = layout.functions_of(results.take(read)?);
+                Some(Warping::Functions(functions))
+            }
             None => None,
         };
         let Layer { projection, region } = self.fitted;

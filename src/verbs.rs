@@ -8,7 +8,7 @@ use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldI
 use crate::map_settings::MapSettings;
 use crate::paging::Paging;
 use crate::warp::tables::Table;
-use crate::warp::{Axis, CountFit};
+use crate::warp::{Axis, CountFit, Warp};
 
 /// Who searches for the triangles that a ray may meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -189,6 +189,12 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
 
     /// A warp by a table of samples, finished.
     fn sampled_warp(&mut self, table: &Table, resolution: u32) -> Result<Self::Warp>;
+
+    /// What the cells of an importance map hold, by the engine's own words: their bits.
+    fn read_importance(&mut self, importance: &ImportanceMap<Self::Values>) -> Result<Vec<u32>>;
+
+    /// The functions of a warp, whether it is finished or not.
+    fn read_functions(&mut self, warp: &Self::Warp) -> Result<Warp>;
 
     /// Inverses, once the functions along both axes are there.
     fn finish_warp(&mut self, warp: &mut Self::Warp, resolution: u32);

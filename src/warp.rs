@@ -1,6 +1,7 @@
 //! Warps as values: the functions of `shaders/warp/grid.wgsl`, read back, and tables of samples.
 
 pub mod samples;
+pub mod smoothing;
 pub mod tables;
 
 use crate::lanes::{Each, Lane, V2};

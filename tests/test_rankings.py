@@ -31,7 +31,7 @@ def test_lights_are_the_same_at_every_call_and_lamps_outside_of_the_view():
 
 def test_methods_differ_by_what_their_names_say():
     scene = lx.scenes.plane_and_box()
-    suns, lamps = (methods(scene, 20.0) for methods in rankings.METHODS.values())
+    suns, lamps = (methods(scene) for methods in rankings.METHODS.values())
     for name, method in {**suns, **lamps}.items():
         if ", exact" in name or ", straight" in name:
             expected = "exact" if ", exact" in name else "linear"
@@ -42,7 +42,7 @@ def test_methods_differ_by_what_their_names_say():
         smoothing=8.0, resolution=256, tessellation=0.025
     )
     automatic = suns["notw automatic, straight"]
-    assert automatic == dataclasses.replace(published, smoothing=20.0)
+    assert automatic == dataclasses.replace(published, smoothing="automatic")
     assert lamps["cut of the frustum, exact"].cut == "frustum"
     assert suns["uniform, 4 times"].resolution == 4 * suns["rtw, straight"].resolution
 
@@ -89,7 +89,7 @@ def table_of(wrong):
         for name in ("a", "b")
         for light in (0, 1)
         for kind, methods in rankings.METHODS.items()
-        for method in methods(scene, 20.0)
+        for method in methods(scene)
     )  # fmt: skip
 
 

@@ -409,6 +409,14 @@ impl<'a> Verbs<'a> for Frame<'a> {
         }))
     }
 
+    fn read_importance(&mut self, importance: &ImportanceMap<Words>) -> Result<Vec<u32>> {
+        Ok(importance.values.clone())
+    }
+
+    fn read_functions(&mut self, warp: &CpuWarp) -> Result<Warp> {
+        Ok(functions_of(Some(warp)).expect("no table").clone())
+    }
+
     fn finish_warp(&mut self, warp: &mut CpuWarp, resolution: u32) {
         self.timed(WARP_LABEL, |_| fitted(warp).finish(resolution));
     }

@@ -57,6 +57,14 @@ impl SampledReceivers {
             .collect()
     }
 
+    /// The samples themselves.
+    pub fn points_in_light(&self) -> impl Iterator<Item = DVec3> {
+        let samples = self.points.iter().zip(&self.is_facing);
+        samples
+            .filter(|(_, is_facing)| **is_facing)
+            .map(|(point, _)| *point)
+    }
+
     pub fn is_facing(&self, index: usize) -> bool {
         self.is_facing[index]
     }

@@ -30,6 +30,7 @@ mod rtw;
 pub mod scene_optimized;
 pub mod schema;
 mod shadow_volumes;
+mod smoothing;
 mod spot;
 mod trapezoidal;
 mod uniform;

@@ -22,10 +22,12 @@
 
 use super::importance::{Analysis, AnalysisParameters, Direction, Functions};
 use super::prelude::*;
-use super::warps::non_orthogonal;
+use super::smoothing::{SMOOTHING, Smoothing, automatic};
+use super::warps::functions_of_counts;
 use crate::gpu::passes::rasterize::max_bands;
 use crate::importance::Importance;
 use crate::map_settings::Rasterization;
+use crate::verbs::WarpedLayer;
 use crate::warp::{Axis, CountFit, MAX_CELLS};
 
 /// Functions along each axis where none are asked for, and rasterization is exact.
@@ -40,7 +42,7 @@ parameters! {
         pub given: AnalysisParameters,
         /// Along each axis.
         pub function_count: Option<u32> = count(None, MAX_CELLS, "functions"),
-        pub smoothing: Option<f64> = number(None, NON_NEGATIVE, "cells"),
+        pub smoothing: Option<Smoothing> = SMOOTHING,
         pub exponent: f64 = number(Some(0.5), FRACTION, ""),
         pub even_share: f64 = number(Some(0.1), FRACTION, ""),
     }
@@ -64,6 +66,11 @@ impl ShadowMethod for NonOrthogonalWarp {
             self.map.texels.rasterization != Rasterization::Exact || functions <= most,
             "function_count must be at most {most} with a map of {resolution} texels, got {functions}"
         );
+        ensure_value!(
+            self.smoothing != Some(Smoothing::Automatic)
+                || self.map.texels.rasterization != Rasterization::Exact,
+            "rasterization must be 'linear' with smoothing='automatic', got 'exact', which needs no smoothing"
+        );
         self.given.maps.check()
     }
 
@@ -78,10 +85,12 @@ impl ShadowMethod for NonOrthogonalWarp {
         } else {
             Direction::Backward
         };
-        let mut warped = Vec::new();
-        for layer in layers {
-            let seen = analysis.look(view, &layer, direction)?;
-            let factors = analysis.factors(&seen);
+        let seen = layers
+            .iter()
+            .map(|layer| analysis.look(view, layer, direction))
+            .collect::<Result<Vec<_>>>()?;
+        let functions_of = |view: &mut V, layer: &Layer, i: usize, smoothing: f64| {
+            let factors = analysis.factors(&seen[i]);
             let counts = |view: &mut V, layer: &Layer, axis: Axis, warp: &V::Warp| {
                 let counted = Importance::Count { along: axis, unit };
                 let mut counts = view.importance_map(layer, cells, counted, factors, Some(warp))?;
@@ -89,14 +98,25 @@ impl ShadowMethod for NonOrthogonalWarp {
                 analysis.blend(view, layer, &mut counts, along_x)?;
                 Ok(counts)
             };
-            let functions = [self.functions(), cells];
-            warped.push(non_orthogonal(
-                view,
-                layer,
-                functions,
-                self.fit_of_counts(),
-                counts,
-            )?);
+            let (sizes, fit) = ([self.functions(), cells], self.fit_of_counts(smoothing));
+            functions_of_counts(view, layer, sizes, fit, counts)
+        };
+        let smoothing = match self.smoothing {
+            Some(Smoothing::Cells(cells)) => cells,
+            Some(Smoothing::Automatic) => automatic(view, &layers, cells, |view, layer, i, of| {
+                Ok(functions_of(view, layer, i, of)?.0)
+            })?,
+            None => self.smoothing_of_size(),
+        };
+        let mut warped = Vec::new();
+        for (i, layer) in layers.iter().enumerate() {
+            let (mut warp, importance) = functions_of(view, layer, i, smoothing)?;
+            view.finish_warp(&mut warp, layer.projection.width);
+            warped.push(WarpedLayer {
+                layer: layer.clone(),
+                warp: Some(warp),
+                importance,
+            });
         }
         view.shadows(map, warped)
     }
@@ -119,12 +139,16 @@ impl NonOrthogonalWarp {
         self.function_count.unwrap_or(most.min(cells))
     }
 
-    fn fit_of_counts(&self) -> CountFit {
+    /// In cells, where none is asked for.
+    fn smoothing_of_size(&self) -> f64 {
         let cells = f64::from(self.cells());
         // Rows that share a function are averaged already.
-        let width = cells / 32.0 - cells / f64::from(self.functions());
+        (cells / 32.0 - cells / f64::from(self.functions())).max(0.0)
+    }
+
+    fn fit_of_counts(&self, smoothing: f64) -> CountFit {
         CountFit {
-            smoothing: self.smoothing.unwrap_or(width.max(0.0)),
+            smoothing,
             exponent: self.exponent,
             even_share: self.even_share,
         }

@@ -42,6 +42,12 @@ pub enum Rule {
         least: Least,
         max: f64,
     },
+    /// Such a number, or one of a few words.
+    NumberOr {
+        least: Least,
+        max: f64,
+        words: &'static [&'static str],
+    },
     /// One of a few words.
     Choice(&'static dyn Words),
     /// One of a few words, or a filter.
@@ -70,6 +76,28 @@ pub enum Least {
     Zero,
     AboveZero,
     Any,
+}
+
+impl Least {
+    fn allows(self, number: f64) -> bool {
+        match self {
+            Self::Zero => number >= 0.0,
+            Self::AboveZero => number > 0.0,
+            Self::Any => true,
+        }
+    }
+}
+
+/// What a number must be, in words.
+fn rule_of_numbers(least: Least, max: f64) -> String {
+    match (least, max.is_finite()) {
+        (Least::Zero, false) => "a finite number, at least 0".to_string(),
+        (Least::AboveZero, false) => "a finite number above 0".to_string(),
+        (Least::Any, false) => "a finite number".to_string(),
+        (Least::Zero, true) => format!("a number from 0 to {max}"),
+        (Least::AboveZero, true) => format!("a number above 0 and at most {max}"),
+        (Least::Any, true) => format!("a number of at most {max}"),
+    }
 }
 
 /// Words, each with what it stands for.
@@ -143,6 +171,18 @@ pub const fn number_or_none(default: f64, rule: Rule, unit: &'static str) -> Par
     parameter
 }
 
+/// A number, one of a few words, or `None`, which is the default.
+pub const fn number_or_word(
+    rule: Rule,
+    words: &'static [&'static str],
+    unit: &'static str,
+) -> Parameter {
+    let Rule::Number { least, max } = rule else {
+        panic!("the rule is one of numbers")
+    };
+    parameter(Rule::NumberOr { least, max, words }, Value::None, unit)
+}
+
 pub const fn word(default: &'static str, rule: Rule) -> Parameter {
     parameter(rule, Value::Text(Cow::Borrowed(default)), "")
 }
@@ -202,13 +242,16 @@ impl Parameter {
                 Ok(Value::Int(count))
             }
             (Rule::Number { .. }, Value::Int(number)) => self.check(Value::Float(number as f64)),
-            (Rule::Number { least, max }, Value::Float(number)) => {
-                let is_large_enough = match least {
-                    Least::Zero => number >= 0.0,
-                    Least::AboveZero => number > 0.0,
-                    Least::Any => true,
-                };
-                Fault::unless(number.is_finite() && is_large_enough && number <= max)?;
+            (Rule::NumberOr { words, .. }, Value::Text(text)) => {
+                Fault::unless(words.contains(&&*text))?;
+                Ok(Value::Text(text))
+            }
+            (Rule::NumberOr { .. }, Value::Int(number)) => self.check(Value::Float(number as f64)),
+            (
+                Rule::Number { least, max } | Rule::NumberOr { least, max, .. },
+                Value::Float(number),
+            ) => {
+                Fault::unless(number.is_finite() && least.allows(number) && number <= max)?;
                 Ok(Value::Float(number))
             }
             (Rule::Choice(known) | Rule::Lookup(known) | Rule::Fit(known), Value::Text(text)) => {
@@ -284,14 +327,10 @@ impl fmt::Display for Parameter {
         match self.rule {
             Rule::Flag => write!(f, "True or False"),
             Rule::Count { max } => write!(f, "a whole number of {} from 1 to {max}", self.unit),
-            Rule::Number { least, max } => match (least, max.is_finite()) {
-                (Least::Zero, false) => write!(f, "a finite number, at least 0"),
-                (Least::AboveZero, false) => write!(f, "a finite number above 0"),
-                (Least::Any, false) => write!(f, "a finite number"),
-                (Least::Zero, true) => write!(f, "a number from 0 to {max}"),
-                (Least::AboveZero, true) => write!(f, "a number above 0 and at most {max}"),
-                (Least::Any, true) => write!(f, "a number of at most {max}"),
-            },
+            Rule::Number { least, max } => write!(f, "{}", rule_of_numbers(least, max)),
+            Rule::NumberOr { least, max, words } => {
+                write!(f, "{} or {}", rule_of_numbers(least, max), one_of(words))
+            }
             Rule::Choice(known) => write!(f, "one of {}", one_of(&known.words())),
             Rule::Lookup(known) => write!(
                 f,

@@ -29,24 +29,42 @@ pub fn rectilinear<'a, V: Verbs<'a>>(
     })
 }
 
+/// A warp without its inverses, and what it was made from.
+pub type Functions<'a, V> = (
+    <V as Verbs<'a>>::Warp,
+    Option<ImportanceMap<<V as Verbs<'a>>::Values>>,
+);
+
 /// Functions for rows and for columns, by counts of receivers (Milet et al.). The counts along y are of where the
 /// functions along x put them.
-pub fn non_orthogonal<'a, V: Verbs<'a>>(
+pub fn functions_of_counts<'a, V: Verbs<'a>>(
     view: &mut V,
-    layer: Layer,
+    layer: &Layer,
     [functions, cells]: [u32; 2],
     fit: CountFit,
     mut counts: impl FnMut(&mut V, &Layer, Axis, &V::Warp) -> Result<ImportanceMap<V::Values>>,
-) -> Result<LayerOf<'a, V>> {
+) -> Result<Functions<'a, V>> {
     let resolution = layer.projection.width;
     let mut warp = view.warp(functions, cells, resolution)?;
     let mut importance = None;
     for axis in [Axis::X, Axis::Y] {
-        let counts = counts(view, &layer, axis, &warp)?;
+        let counts = counts(view, layer, axis, &warp)?;
         view.fit_counts(&mut warp, axis, resolution, &counts, fit)?;
         importance.get_or_insert(counts);
     }
-    view.finish_warp(&mut warp, resolution);
+    Ok((warp, importance))
+}
+
+/// A layer with such functions.
+pub fn non_orthogonal<'a, V: Verbs<'a>>(
+    view: &mut V,
+    layer: Layer,
+    sizes: [u32; 2],
+    fit: CountFit,
+    counts: impl FnMut(&mut V, &Layer, Axis, &V::Warp) -> Result<ImportanceMap<V::Values>>,
+) -> Result<LayerOf<'a, V>> {
+    let (mut warp, importance) = functions_of_counts(view, &layer, sizes, fit, counts)?;
+    view.finish_warp(&mut warp, layer.projection.width);
     Ok(WarpedLayer {
         layer,
         warp: Some(warp),

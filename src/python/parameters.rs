@@ -61,6 +61,7 @@ pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py,
             Rule::Flag => ("flag", vec![]),
             Rule::Count { .. } => ("count", vec![]),
             Rule::Number { .. } => ("number", vec![]),
+            Rule::NumberOr { words, .. } => ("number", words.to_vec()),
             Rule::Choice(known) => ("choice", known.words()),
             Rule::Lookup(known) => ("lookup", known.words()),
             Rule::Product(known) => ("product", known.to_vec()),
@@ -77,7 +78,7 @@ pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py,
         description.set_item("choices", choices)?;
         let max = match parameter.rule {
             Rule::Count { max } => Some(f64::from(max)),
-            Rule::Number { max, .. } if max.is_finite() => Some(max),
+            Rule::Number { max, .. } | Rule::NumberOr { max, .. } if max.is_finite() => Some(max),
             _ => None,
         };
         description.set_item("max", max)?;
@@ -172,7 +173,11 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
             Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(Fault::Range),
             Err(_) => Err(Fault::Kind),
         },
-        Rule::Number { .. } => {
+        Rule::NumberOr { .. } if value.is_instance_of::<PyString>() => {
+            let text = value.extract::<String>().map_err(wrong_kind)?;
+            Ok(Value::Text(text.into()))
+        }
+        Rule::Number { .. } | Rule::NumberOr { .. } => {
             let number = numbers(value, &[0])?.extract().map_err(wrong_kind)?;
             Ok(Value::Float(number))
         }

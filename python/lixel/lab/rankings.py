@@ -30,7 +30,6 @@ from ..pictures import plots
 from ..pictures.plots import axes_or_new
 from ..scene import Scene
 from ..scenes import GENERATORS
-from ..smoothing import automatic_smoothing
 from .accuracy import MAX_DRAWS, evaluate, with_shadow_edges
 from .options import PICTURES, add_output, add_size, natural, path_ending_in
 from .papers.tables import method_of
@@ -59,7 +58,7 @@ SMOOTHINGS = (4.0, 8.0, 16.0, 64.0)
 """Standard deviations, in cells of 256. The papers set theirs by hand."""
 
 AUTOMATIC = "notw automatic"
-"""With the smoothing of `automatic_smoothing`, which differs from view to view."""
+"""With ``smoothing="automatic"``, which differs from view to view."""
 
 RESOLUTION = 256
 """Texels along a side, for images of about as many pixels."""
@@ -81,9 +80,8 @@ def biases_of(scene: Scene) -> Mapping[str, Mapping[str, Any]]:
     return {"": {}, ", fixed bias": {"constant_bias": fixed}}
 
 
-def sun_methods(scene: Scene, automatic: float) -> dict[str, Method]:
-    """What is compared in directional lights: a name for each method; one has the automatic
-    smoothing."""
+def sun_methods(scene: Scene) -> dict[str, Method]:
+    """What is compared in directional lights: a name for each method."""
     methods = {name: method_of(name, resolution=RESOLUTION) for name in ("rtw", "notw")}
     for of_bias, bias in biases_of(scene).items():
         own = {"resolution": RESOLUTION, **bias}
@@ -98,12 +96,12 @@ def sun_methods(scene: Scene, automatic: float) -> dict[str, Method]:
             for smoothing in SMOOTHINGS:
                 name = f"notw {smoothing:g}{end}"
                 methods[name] = method_of("notw@published", smoothing=smoothing, **warped)
-        chosen = {**own, **RASTERIZATIONS["straight"], "smoothing": automatic}
+        chosen = {**own, **RASTERIZATIONS["straight"], "smoothing": "automatic"}
         methods[f"{AUTOMATIC}, straight{of_bias}"] = method_of("notw@published", **chosen)
     return methods
 
 
-def lamp_methods(scene: Scene, _: float) -> dict[str, Method]:
+def lamp_methods(scene: Scene) -> dict[str, Method]:
     """What is compared in point lights outside of the view."""
     methods = {}
     for of_bias, bias in biases_of(scene).items():
@@ -119,7 +117,7 @@ def lamp_methods(scene: Scene, _: float) -> dict[str, Method]:
     return methods
 
 
-METHODS: Mapping[str, Callable[[Scene, float], dict[str, Method]]] = {
+METHODS: Mapping[str, Callable[[Scene], dict[str, Method]]] = {
     "sun": sun_methods,
     "lamp": lamp_methods,
 }
@@ -151,16 +149,15 @@ def run(options: argparse.Namespace) -> None:
         for number in range(options.lights)
         for name, (scene, _) in scenes.items()
         for kind, methods in METHODS.items()
-        if any((name, kind, number, method) not in done for method in methods(scene, 0.0))
+        if any((name, kind, number, method) not in done for method in methods(scene))
     ]
     for name, kind, number in progress(wanted, "views"):
         scene, camera = scenes[name]
         sized = camera.resized(*options.size)
         light = light_of(name, kind, number, scene, sized)
-        automatic = _automatic(scene, sized, light) if kind == "sun" else 0.0
         methods = {
             method: own
-            for method, own in METHODS[kind](scene, automatic).items()
+            for method, own in METHODS[kind](scene).items()
             if (name, kind, number, method) not in done
         }
         counted = evaluate(scene, sized, light, methods)
@@ -174,12 +171,6 @@ def run(options: argparse.Namespace) -> None:
         figure = needs("matplotlib.figure", "plot").Figure((6.5, 4.2), layout="constrained")
         plot(table, figure.subplots())
         plots.save(figure, options.plot, options.line)
-
-
-def _automatic(scene: Scene, camera: Camera, light: Light) -> float:
-    straight = RASTERIZATIONS["straight"]
-    method = method_of("notw@published", resolution=RESOLUTION, **straight)
-    return automatic_smoothing(scene, camera, light, method)
 
 
 def _scenes(folder: Path | None) -> Iterator[tuple[str, Scene, Camera]]:

@@ -149,7 +149,7 @@ _MILET_NOTW: dict[str, PublishedValue] = {
     "even_share": _in(0.0, "section 3.1, Eq. 4: the whole offset g(x) / N - x"),
     "smoothing": _open(
         None, "sections 3.1 and 4.1: a weighted average among the functions, whose window was set "
-        "by hand; here a thirty-second of the cells, see automatic_smoothing"
+        "by hand; here a thirty-second of the cells, see NonOrthogonalWarp"
     ),
     "fit": _in("desired_view", "section 3.2: DV by parallel reduction, before the importance map"),
 }  # fmt: skip
@@ -190,7 +190,7 @@ _THESIS_NOTW: dict[str, PublishedValue] = {
     "even_share": _in(0.0, "section 4.1.4, Eq. 4.4: the whole offset g(x) / N - x"),
     "smoothing": _open(
         None, "sections 4.1.4 and 5.4.1: a window set by hand for each scene; here a thirty-second "
-        "of the cells, see automatic_smoothing"
+        "of the cells, see NonOrthogonalWarp"
     ),
     "fit": _in("desired_view", "section 4.1.5: DV by parallel reduction"),
 }  # fmt: skip

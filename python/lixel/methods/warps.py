@@ -261,10 +261,12 @@ class NonOrthogonalWarp(WarpMethod):
         or as many as there are cells; with ``rasterization="linear"`` all of them, because its
         straight edges follow the warp only where neighbouring functions are alike. More functions
         leave fewer misclassified pixels and take longer; a larger map gains more for the same time.
-    smoothing : float, optional
+    smoothing : float or "automatic", optional
         Standard deviation, in cells, of the weighted average of counts among neighbouring rows
         (columns). None: a thirty-second of `importance_resolution`, less the rows that share a
-        function. The papers set it by hand; `automatic_smoothing` finds one for a view.
+        function. The papers set it by hand. ``"automatic"``, with ``rasterization="linear"``, takes
+        the one that suits the view, see `automatic_smoothing`; ``frame.stats["smoothing"]`` is the
+        number.
     exponent : float
         From 0 to 1: a cell counts as this power of its receivers. 1 is the papers'; less gives more
         texels to what few receivers cover.
@@ -290,7 +292,7 @@ class NonOrthogonalWarp(WarpMethod):
 
     importance: str | Sequence[str] = "count"
     function_count: int | None = None
-    smoothing: float | None = None
+    smoothing: float | Literal["automatic"] | None = None
     exponent: float = 0.5
     even_share: float = 0.1
 

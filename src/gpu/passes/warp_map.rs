@@ -3,9 +3,9 @@
 use crate::error::Result;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
-use crate::gpu::recording::Recording;
+use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::shader_struct::shader_struct;
-use crate::warp::{self, Axis, CountFit, MAX_CELLS};
+use crate::warp::{self, Axis, CountFit, MAX_CELLS, Warp};
 
 pub const LABEL: &str = "warp map";
 
@@ -52,6 +52,17 @@ shader_struct! {
         blur_sigma: f32,
         exponent: f32,
         even_share: f32,
+    }
+}
+
+impl Layout {
+    /// The functions with those values.
+    pub fn functions_of(&self, values: Vec<f32>) -> Warp {
+        Warp {
+            functions: self.functions[0] as usize,
+            boundaries: self.cells[0] as usize + 1,
+            values,
+        }
     }
 }
 
@@ -194,6 +205,15 @@ impl WarpMap {
         ];
         frame.pass(LABEL, &dispatches);
         Ok(())
+    }
+
+    /// The values of its functions, which are the first numbers of the table.
+    pub fn read(&self, frame: &mut Recording) -> Result<Read<f32>> {
+        let Layout {
+            functions, cells, ..
+        } = self.layout;
+        let count = 2 * functions[0] as usize * (cells[0] as usize + 1);
+        frame.read(Source::Kept(&self.table), count)
     }
 
     /// Functions as they are given: they are the first numbers of the table.

@@ -19,7 +19,7 @@ use crate::map_settings::MapSettings;
 use crate::paging::Paging;
 use crate::verbs::{FitQueries, Traversal, Verbs};
 use crate::warp::tables::Table;
-use crate::warp::{Axis, CountFit};
+use crate::warp::{Axis, CountFit, Warp};
 
 impl<'a> FitQueries<'a> for View<'a> {
     /// Submits what was recorded so far.
@@ -214,6 +214,20 @@ impl<'a> Verbs<'a> for View<'a> {
         Err(Error::Device(
             "warps by samples have no form on the GPU engine; take device='cpu'".to_string(),
         ))
+    }
+
+    /// Submits what was recorded so far.
+    fn read_importance(&mut self, importance: &ImportanceMap) -> Result<Vec<u32>> {
+        let count = (importance.cells as usize).pow(2);
+        let read = self.frame.read(Source::Kept(&importance.values), count)?;
+        self.submit()?.take(&read)
+    }
+
+    /// Submits what was recorded so far.
+    fn read_functions(&mut self, warp: &WarpMap) -> Result<Warp> {
+        let read = warp.read(&mut self.frame)?;
+        let values = self.submit()?.take(&read)?;
+        Ok(warp.layout.functions_of(values))
     }
 
     fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {
