@@ -393,7 +393,7 @@ WHAT = {
     "filters/cpu": "filtered maps against the lit share of 32 samples in each pixel",
     "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
     "papers/rankings": "the papers' methods as published, by scenes and random lights",
-    "growth/llvmpipe": "time and work by triangles and by pixels, objects on a floor",
+    "growth/cpu": "time and memory by triangles, pixels, threads, and where much lies together",
     "peers/colonnade-lamp": "`exact`, `desired_view` and ray casters, a point light",
     "peers/colonnade-sun": "`exact`, `desired_view` and other renderers, the camera moved",
     "peers/sponza-lamp": "`exact`, `desired_view` and ray casters, a point light",
@@ -512,8 +512,9 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "other renderers, processor": lambda: (
         f"They were measured {times.processor('peers/sponza-sun')}."
     ),
-    "growth, triangles": lambda: times.growth("triangles"),
-    "growth, pixels": lambda: times.growth("pixels"),
+    **{f"growth, {name}": lambda name=name: times.growth(name) for name in times.GROWS},
+    "growth, exact": times.growth_of_exact,
+    "growth, processor": lambda: f"They were measured {times.processor('growth/cpu')}.",
     "cluster": times.cluster,
     "bound of auto": bound,
     "bound of auto, generated scenes": bound_generated,

@@ -428,7 +428,7 @@ LAB: Mapping[str, Command] = {
     ),
     "departures": Command.of(departures, device="cpu"),
     "aligned": Command.of(aligned, device="cpu"),
-    "growth": Command.of(growth, device="gpu"),
+    "growth": Command.of(growth, "lixel lab growth -o growth.csv", device="cpu"),
     "pages": Command.of(pages, "lixel lab pages scenes -o pages.parquet", device="cpu"),
     "points": Command.of(points, "lixel lab points town.glb --lights 24", renders=False),
     "calibration": Command.of(calibration, device="gpu"),
