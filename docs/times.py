@@ -163,5 +163,32 @@ def growth_of_exact() -> str:
     )
 
 
+def holes() -> str:
+    """A fence and plants: what their holes cost, and pixels that are wrong."""
+    table = read(RESULTS / "masks" / "sponza.csv")
+    rows = []
+    for row in table.to_dict("records"):
+        is_reference = row["method"] == "reference"
+        ms = {
+            words: "" if is_reference else f"{row[column]:,.0f}"
+            for words, column in (
+                ("ms", "ms"),
+                ("ms, solid", "ms, solid"),
+                ("processor ms", "processor ms"),
+                ("processor ms, solid", "processor ms, solid"),
+            )
+        }
+        rows.append(
+            {
+                "scene": row["scene"],
+                "method": f"`{row['method']}`",
+                **ms,
+                "misclassified": "" if is_reference else f"{row['misclassified']:,.0f}",
+                "wrong of rays": f"{row['wrong of rays']:,} of {row['rays']:,}",
+            }
+        )
+    return markdown(rows)
+
+
 def cluster() -> str:
     return markdown(read(RESULTS / "studies" / "cluster.csv"))

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import lixel as lx
+from lixel.lab.brute_force import Triangles, cast
 
 BOTH_ENGINES = pytest.mark.usefixtures("engine")
 
@@ -42,12 +43,12 @@ def picture(kind: str, size: int = 32) -> np.ndarray:
     return np.clip(255 * 3.0 * (1.2 - distance), 0, 255).astype(np.uint8)
 
 
-MASKS = [
+MASKS = (
     lx.AlphaMask(picture("lattice")),
     lx.AlphaMask(picture("leaf"), cutoff=0.3, wrap="clamp"),
     lx.AlphaMask(picture("leaf", 15), cutoff=0.7, wrap=("mirror", "repeat")),
     lx.AlphaMask(picture("leaf", 9), cutoff=0.6, wrap=("repeat", "mirror"), sampling="nearest"),
-]
+)
 
 
 class Made(NamedTuple):
@@ -114,93 +115,17 @@ SPOT = lx.SpotLight((1.2, 3.1, 1.7), (-0.3, -1.0, -0.5), outer=0.7)
 CAMERA = lx.Camera.look_at((3.1, 3.3, 5.2), (0.0, 0.6, 0.0), yfov=0.8, width=120, height=80)
 
 
-def wrapped(index: np.ndarray, count: int, wrap: str) -> np.ndarray:
-    if wrap == "clamp":
-        return np.clip(index, 0, count - 1)
-    if wrap == "repeat":
-        return index % count
-    return np.where(index // count % 2 == 0, index % count, count - 1 - index % count)
-
-
-def alpha_of(mask: lx.AlphaMask, uv: np.ndarray) -> np.ndarray:
-    height, width = mask.image.shape
-    x, y = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5
-    if mask.sampling == "nearest":
-        x, y = np.floor(x + 0.5), np.floor(y + 0.5)
-    total = np.zeros(x.shape)
-    for i in (0, 1):
-        for j in (0, 1):
-            column, row = np.floor(x).astype(int) + i, np.floor(y).astype(int) + j
-            texel = mask.image[
-                wrapped(row, height, mask.wrap[1]), wrapped(column, width, mask.wrap[0])
-            ]
-            total += (1 - abs(x - column)) * (1 - abs(y - row)) * texel / 255.0
-    return total
-
-
-def distances(made: Made, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Of each ray to each triangle, infinite where it misses or meets a hole (Moller, Trumbore)."""
-    a, b, c = (made.vertices[made.faces[:, k]] for k in range(3))
-    v, w = b - a, c - a
-    p = np.cross(directions[:, None], w)
-    determinant = np.einsum("rtk,tk->rt", p, v)
-    s = origins[:, None] - a
-    q = np.cross(s, v)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        of_b = np.einsum("rtk,rtk->rt", s, p) / determinant
-        of_c = np.einsum("rtk,rk->rt", q, directions) / determinant
-        found = np.einsum("rtk,tk->rt", q, w) / determinant
-    found = np.where((of_b >= 0) & (of_c >= 0) & (of_b + of_c <= 1), found, np.inf)
-    corners = made.uv[made.faces]
-    for triangle, number in enumerate(made.face_alpha):
-        if number >= 0:
-            of_a = 1 - of_b[:, triangle] - of_c[:, triangle]
-            shares = np.stack([of_a, of_b[:, triangle], of_c[:, triangle]], axis=1)
-            met = np.isfinite(found[:, triangle])
-            mask = MASKS[number]
-            alpha = alpha_of(mask, shares[met] @ corners[triangle])
-            found[met, triangle] = np.where(alpha >= mask.cutoff, found[met, triangle], np.inf)
-    return found
-
-
-def cast(made: Made, light: lx.Light) -> np.ndarray:
-    """1 lit, 0 in shadow, NaN where nothing is seen."""
-    x, y = np.meshgrid(np.arange(CAMERA.width) + 0.5, np.arange(CAMERA.height) + 0.5)
-    focal = 0.5 * CAMERA.height / np.tan(0.4)
-    pose = np.asarray(CAMERA.pose)
-    in_camera = np.stack(
-        [(x - CAMERA.width / 2) / focal, (CAMERA.height / 2 - y) / focal, -np.ones_like(x)], axis=2
-    )
-    directions = in_camera.reshape(-1, 3) @ pose[:3, :3].T
-    eye = pose[:3, 3]
-    seen = distances(made, np.broadcast_to(eye, directions.shape), directions)
-    seen[seen <= 0] = np.inf
-    triangle = seen.argmin(axis=1)
-    depth = seen.min(axis=1)
-    is_seen = np.isfinite(depth)
-    points = eye + directions * np.where(is_seen, depth, 0.0)[:, None]
-    if isinstance(light, lx.DirectionalLight):
-        to_light = np.broadcast_to(-np.asarray(light.direction), points.shape)
-    else:
-        to_light = np.asarray(light.position) - points
-    a, b, c = (made.vertices[made.faces[triangle, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    facing = np.einsum("rk,rk->r", normal, to_light) * np.einsum("rk,rk->r", normal, -directions)
-    blocked = distances(made, points, to_light)
-    blocked[np.arange(len(points)), triangle] = np.inf
-    # The other half of the same card touches the receiver's ray where it begins.
-    is_between = blocked > 1e-12
-    if not isinstance(light, lx.DirectionalLight):
-        is_between &= blocked < 1.0
-    is_dark = (is_between & np.isfinite(blocked)).any(axis=1) | (facing <= 0)
-    visibility = np.where(is_seen, np.where(is_dark, 0.0, 1.0), np.nan)
-    return visibility.reshape(CAMERA.height, CAMERA.width).astype(np.float32)
+def every_pixel(made: Made, light: lx.Light) -> np.ndarray:
+    """What brute force in numpy says: 1 lit, 0 in shadow, NaN where nothing is seen."""
+    pixels = np.argwhere(np.ones((CAMERA.height, CAMERA.width), bool))
+    triangles = Triangles(made.vertices, made.faces, made.uv[made.faces], made.face_alpha, MASKS)
+    return cast(triangles, CAMERA, light, pixels).reshape(CAMERA.height, CAMERA.width)
 
 
 @pytest.fixture(scope="module", params=[(s, k) for s in SCENES for k in LIGHTS], ids="-".join)
 def case(request: pytest.FixtureRequest) -> tuple[Made, lx.Light, np.ndarray]:
     scene, light = request.param
-    return SCENES[scene], LIGHTS[light], cast(SCENES[scene], LIGHTS[light])
+    return SCENES[scene], LIGHTS[light], every_pixel(SCENES[scene], LIGHTS[light])
 
 
 def wrong(found: np.ndarray, truth: np.ndarray, ignored: np.ndarray) -> int:
