@@ -233,3 +233,11 @@ def test_flicker_command_prints_and_writes_the_table(capsys, tmp_path):
     assert cli.main([*line, "-o", str(path)]) == 0
     assert "flicker" in capsys.readouterr().out
     assert len(path.read_text(encoding="utf-8").splitlines()) == 4 + 7
+
+
+def test_a_quick_answer_is_of_few_frames(monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(flicker, "measure", lambda methods, frames: asked.append(frames) or [])
+    for options in ([], ["--quick"], ["--quick", "--frames", "5"]):
+        assert cli.main(["lab", "flicker", *options]) == 0
+    assert asked == [120, 24, 5]

@@ -423,7 +423,7 @@ LAB: Mapping[str, Command] = {
     "angles": Command.of(angles, "lixel lab angles -o angles.csv"),
     "stress": Command.of(stress, "lixel lab stress --quick --method exact", device="cpu"),
     "culling": Command.of(culling, device="gpu"),
-    "flicker": Command.of(flicker, device="cpu"),
+    "flicker": Command.of(flicker, "lixel lab flicker --quick --method rtw", device="cpu"),
     "accuracy": Command.of(
         accuracy, "lixel lab accuracy scenes --method rtw:lookup=depth -o wrong.csv", device="cpu"
     ),

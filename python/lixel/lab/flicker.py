@@ -51,6 +51,9 @@ Match: TypeAlias = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
 WIDTH, HEIGHT = 192, 108
 
+FRAMES, QUICK = 120, 24
+"""Of each motion, by default and where an answer is wanted within a minute."""
+
 RESOLUTION = 128
 """Texels along each side of the maps: a pixel or two wide, so that there is flicker to see."""
 
@@ -115,7 +118,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `lixel lab flicker`."""
     add_methods(parser)
     parser.add_argument(
-        "--frames", type=int, default=120, metavar="N", help="of each motion; default: 120"
+        "--frames", type=int, metavar="N", help=f"of each motion; default: {FRAMES}, quick {QUICK}"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="the first frames of each motion alone"
     )
     add_output(parser, "write a table, .csv or .parquet")
 
@@ -124,13 +130,15 @@ def run(options: argparse.Namespace) -> None:
     """Measure, save and print the table."""
     names = {method_from(name).name for name in options.method or ALL_METHODS}
     chosen = [pair for pair in METHODS if pair[0].name in names]
-    show(options, measure(methods=chosen, frames=options.frames))
+    usual = QUICK if options.quick else FRAMES
+    frames = usual if options.frames is None else options.frames
+    show(options, measure(methods=chosen, frames=frames))
 
 
 def measure(
     motions: Iterable[str] | None = None,
     methods: Iterable[tuple[Method, bool]] = METHODS,
-    frames: int = 120,
+    frames: int = FRAMES,
 ) -> list[dict[str, Any]]:
     """Pixels that flicker: a row for each motion and method.
 
