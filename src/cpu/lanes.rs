@@ -7,7 +7,7 @@ use fearless_simd::{Level, prelude::*};
 use std::sync::OnceLock;
 
 pub use fearless_simd::{
-    Simd, dispatch, f32x4, f32x8, f32x16, f64x4, f64x8, mask32x8, u32x8, u32x16,
+    Simd, dispatch, f32x4, f32x8, f32x16, f64x4, f64x8, mask32x8, mask64x8, u32x8, u32x16,
 };
 
 /// Numbers in a vector.

@@ -5,6 +5,7 @@ use super::layer::Layer;
 use super::receivers::{Corners, ReceiverQueries, Setting};
 use super::rotation::Rotation;
 use crate::error::Result;
+use crate::paging::grid::PageGrid;
 use crate::projection::Projection;
 use glam::DVec3;
 
@@ -45,6 +46,28 @@ pub fn fit_pages(
         Cut::Whole,
         resolution,
     ))
+}
+
+/// A level of a map, cut into pages.
+pub struct Level {
+    pub layer: Layer,
+    pub grid: PageGrid,
+    pub map: usize,
+    pub level: usize,
+}
+
+/// The levels of all maps, one map after the other, the finest level of each first; `sides` are their texels.
+pub fn levels_of(maps: &[Layer], sides: &[u32], page_size: u32) -> Vec<Level> {
+    let maps = maps.iter().enumerate();
+    let levels = maps.flat_map(|(map, layer)| {
+        sides.iter().enumerate().map(move |(level, &side)| Level {
+            layer: layer.with_resolution(side),
+            grid: PageGrid::new(side, page_size),
+            map,
+            level,
+        })
+    });
+    levels.collect()
 }
 
 fn page_box(setting: Setting, axes: &Projection, receivers: Corners, over: PagesOver) -> Corners {

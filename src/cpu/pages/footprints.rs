@@ -1,23 +1,17 @@
 //! Of each receiver the map that it falls in, and how many of its texels a pixel is as large as.
-//!
-//! Both are measured across their rays, whatever the surface between them: the perspective error is matched, not the one of
-//! projection (Lloyd et al., "Warping and partitioning for low error shadow maps", 2006, section 3). A measure on the
-//! surface would give neighbours that are turned another way levels of their own, and so pages.
 
 use crate::camera::Rays;
 use crate::cpu::lanes::{LANES, Simd, bits, dispatch, f64x8, level, narrow};
 use crate::cpu::light_space::LightSpace;
-use crate::cpu::receivers::{BlockReceivers, KnownPlanes, Receivers, dot, function_of, splat64};
+use crate::cpu::receivers::{BlockReceivers, KnownPlanes, Receivers, splat64};
 use crate::cpu::tiles::{BLOCK, TILE, TILE_PIXELS};
 use crate::fits::layer::Layer;
 use crate::lanes::Each;
-use crate::paging::NO_LAYER;
-use fearless_simd::prelude::*;
-use glam::{DVec3, DVec4};
+use crate::lanes::V3;
+use crate::paging::footprint::{Density, texels_of_pixel};
+use crate::paging::{LEAST_TEXELS, NO_LAYER, least_texels};
+use glam::DVec3;
 use rayon::prelude::*;
-
-/// However small a pixel is, a bias reaches the coarsest level in the end.
-const LEAST_TEXELS: f32 = 1e-12;
 
 /// Of each pixel, in tiles.
 pub struct Footprints {
@@ -27,48 +21,10 @@ pub struct Footprints {
     pub texels: Vec<f32>,
 }
 
-/// How many pixels of an image, or texels of a map, there are to a unit of area.
-struct Density {
-    /// Column, row and w of a place as functions of (point, 1), relative to the eye.
-    rows: [DVec4; 3],
-    /// How the area of the image grows with column and row times w, and with w.
-    parts: [DVec3; 3],
-}
-
-impl Density {
-    /// With x, y and w the rows, the gradients of column and row are (x - column w) / w and (y - row w) / w; their cross
-    /// product, times the normal of a surface, is the density on it.
-    fn new(rows: [DVec4; 3]) -> Self {
-        let [x, y, w] = rows.each(DVec4::truncate);
-        Self {
-            rows,
-            parts: [y.cross(w), w.cross(x), x.cross(y)],
-        }
-    }
-
-    /// For rows that are relative to another origin, from which the eye is so far.
-    fn moved(rows: [DVec4; 3], eye: DVec3) -> Self {
-        let moved = |row: DVec4| row.truncate().extend(row.w + row.truncate().dot(eye));
-        Self::new(rows.each(moved))
-    }
-
-    /// At points, across rays of any length.
-    #[inline(always)]
-    fn across<S: Simd>(&self, simd: S, ray: [f64x8<S>; 3], point: &[f64x8<S>; 3]) -> f64x8<S> {
-        let places = self.rows.each(|row| function_of(simd, row, point));
-        let along = self
-            .parts
-            .each(|part| dot(ray, part.to_array().each(|v| splat64(simd, v))));
-        let w = places[2];
-        let sum = dot(places, along) / (w * w * w);
-        sum.abs() / dot(ray, ray).sqrt()
-    }
-}
-
 /// A map, for receivers relative to the eye.
 struct Faced {
     space: LightSpace,
-    density: Density,
+    density: Density<f64>,
 }
 
 /// A receiver where several maps meet is in the first one of them.
@@ -102,7 +58,7 @@ pub fn footprints(receivers: &Receivers, maps: &[Layer]) -> Footprints {
 fn of_tile<S: Simd>(
     simd: S,
     receivers: &Receivers,
-    (image, faced): (&Density, &[Faced]),
+    (image, faced): (&Density<f64>, &[Faced]),
     tile: usize,
     (maps, texels): (&mut [u8], &mut [f32]),
     planes: &mut KnownPlanes,
@@ -110,6 +66,8 @@ fn of_tile<S: Simd>(
     let tiling = receivers.image.tiling;
     let corner = tiling.corner(tile);
     let (width, height) = (tiling.width - corner.0, tiling.height - corner.1);
+    let zero = splat64(simd, 0.0);
+    let image = image.in_lanes(zero);
     let mut block = BlockReceivers::none(simd);
     for y in (0..TILE.min(height)).step_by(BLOCK) {
         for x in (0..TILE.min(width)).step_by(BLOCK) {
@@ -127,9 +85,9 @@ fn of_tile<S: Simd>(
                     }
                     left[i] &= !mask;
                     let point = &block.points[i];
-                    let [from_eye, from_light] = rays(simd, receivers, point);
-                    let of_map = faced.density.across(simd, from_light, point);
-                    let share = of_map / image.across(simd, from_eye, point);
+                    let densities = [&image, &faced.density.in_lanes(zero)];
+                    let rays = rays(simd, receivers, point).each(vector);
+                    let share = texels_of_pixel(densities, rays, vector(*point));
                     let share: [f32; LANES] = narrow(share).into();
                     let first = (y + i) * TILE + x;
                     for lane in bits(mask) {
@@ -140,6 +98,11 @@ fn of_tile<S: Simd>(
             }
         }
     }
+}
+
+#[inline(always)]
+fn vector<S: Simd>([x, y, z]: [f64x8<S>; 3]) -> V3<f64x8<S>> {
+    V3 { x, y, z }
 }
 
 /// Of the camera and of the light, to points relative to the eye.
@@ -159,15 +122,9 @@ fn rays<S: Simd>(simd: S, receivers: &Receivers, point: &[f64x8<S>; 3]) -> [[f64
 }
 
 impl Footprints {
-    /// Of each pixel the number of its level among those of all maps, one map after the other: the coarsest level whose
-    /// texels are no larger than the pixel, and coarser by the bias. `sides` are the levels' texels, the finest first.
+    /// Of each pixel the number of its level among those of all maps, one map after the other; see `least_texels`.
     pub fn levels(&self, sides: &[u32], bias: f64) -> Vec<u8> {
-        let finest = f64::from(sides[0]);
-        let least = sides.iter().skip(1).map(|&side| {
-            let width = finest / f64::from(side);
-            (width * width / 4_f64.powf(bias)) as f32
-        });
-        let least: Vec<f32> = least.collect();
+        let least = least_texels(sides, bias);
         let count = sides.len() as u8;
         let pixels = self.maps.par_iter().zip(&self.texels);
         let level = |(&map, &texels): (&u8, &f32)| {

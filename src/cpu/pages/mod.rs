@@ -17,74 +17,14 @@ use super::map::Map;
 use super::receivers::Receivers;
 use crate::error::Result;
 use crate::fits::layer::Layer;
+use crate::fits::pages::{Level, levels_of};
 use crate::map_settings::MapSettings;
-use crate::paging::{NO_LAYER, Page, PagedMaps, Paging};
+use crate::paging::{NO_LAYER, PagedMaps, Paging, Places};
 use crate::sides::Source;
 use footprints::footprints;
 use kept::KeptPages;
 use std::sync::Arc;
-use table::{PageGrid, PageTable, Requests};
-
-/// By how much the bias grows at least where too many pages are asked for.
-const BIAS_STEP: f64 = 0.25;
-
-/// A level of a map.
-struct Level {
-    layer: Layer,
-    grid: PageGrid,
-    map: usize,
-    level: usize,
-}
-
-fn levels_of(maps: &[Layer], sides: &[u32], page_size: u32) -> Vec<Level> {
-    let maps = maps.iter().enumerate();
-    let levels = maps.flat_map(|(map, layer)| {
-        sides.iter().enumerate().map(move |(level, &side)| Level {
-            layer: layer.with_resolution(side),
-            grid: PageGrid::new(side, page_size),
-            map,
-            level,
-        })
-    });
-    levels.collect()
-}
-
-/// What the receivers ask for.
-struct Asked {
-    bias: f64,
-    /// Of each pixel, in tiles, the number of its level.
-    numbers: Vec<u8>,
-    /// Of each level.
-    pages: Vec<Vec<[u32; 2]>>,
-}
-
-/// Asks with a bias that grows until there are no more pages than may be stored.
-fn asked(
-    receivers: &Receivers,
-    (maps, levels): (&[Layer], &[Level]),
-    sides: &[u32],
-    settings: MapSettings,
-    paging: Paging,
-) -> Asked {
-    let footprints = footprints(receivers, maps);
-    let most = f64::from(paging.max_pages);
-    let mut bias = paging.level_bias;
-    loop {
-        let numbers = footprints.levels(sides, bias);
-        let pages = pages_of(receivers, levels, &numbers, settings);
-        let count = pages.iter().map(Vec::len).sum::<usize>() as f64;
-        if count <= most {
-            return Asked {
-                bias,
-                numbers,
-                pages,
-            };
-        }
-        // A level coarser there are a quarter of the pages at least.
-        let least = 0.5 * (count / most).log2();
-        bias += (least / BIAS_STEP).floor().max(1.0) * BIAS_STEP;
-    }
-}
+use table::{PageTable, Requests};
 
 /// Of each level the pages that the lookups of its receivers touch.
 fn pages_of(
@@ -92,7 +32,7 @@ fn pages_of(
     levels: &[Level],
     numbers: &[u8],
     settings: MapSettings,
-) -> Vec<Vec<[u32; 2]>> {
+) -> Vec<Places> {
     let mut is_asked = [false; NO_LAYER as usize + 1];
     for &number in numbers {
         is_asked[usize::from(number)] = true;
@@ -130,34 +70,32 @@ impl Frame<'_> {
         self.camera.check_float32(self.scene.bounds())?;
         let sides = paging.sides(maps[0].projection.width);
         let levels = levels_of(maps, &sides, paging.page_size);
-        let asked = self.timed(PAGE_REQUESTS_LABEL, |frame| {
-            let maps = (maps, &levels[..]);
-            asked(&frame.receivers(), maps, &sides, settings, paging)
-        });
-        let count: usize = asked.pages.iter().map(Vec::len).sum();
+        let (numbers, bias, asked) = self.timed(PAGE_REQUESTS_LABEL, |frame| {
+            let receivers = frame.receivers();
+            let footprints = footprints(&receivers, maps);
+            let mut numbers = Vec::new();
+            let (bias, asked) = paging.bounded(|bias| {
+                numbers = footprints.levels(&sides, bias);
+                Ok(pages_of(&receivers, &levels, &numbers, settings))
+            })?;
+            Ok((numbers, bias, asked))
+        })?;
+        let count: usize = asked.iter().map(Vec::len).sum();
         check_pages(count, paging.page_size)?;
         let kept = (self.culls && paging.keeps).then(|| self.kept.pages.known());
         let kept = kept.flatten();
         let kept = kept.filter(|kept| kept.are_of(self.scene, self.light));
-        let mut record = PagedMaps {
-            page_size: paging.page_size,
-            ..PagedMaps::default()
-        };
+        let mut record = PagedMaps::new(paging);
         let mut layers = Vec::new();
         let mut layer_of_number = [NO_LAYER; NO_LAYER as usize + 1];
-        for (number, (level, pages)) in levels.into_iter().zip(asked.pages).enumerate() {
+        for (number, (level, pages)) in levels.into_iter().zip(asked).enumerate() {
             if pages.is_empty() {
                 continue;
             }
-            layer_of_number[number] = layers.len() as u8;
-            record.layers.push([level.map, level.level]);
             let before = kept.as_ref();
             let before = before.and_then(|kept| kept.map(&level.layer.projection));
-            record.pages.extend(pages.iter().map(|&place| Page {
-                layer: layers.len(),
-                place,
-                is_kept: before.is_some_and(|before| before.has_page(place)),
-            }));
+            let is_kept = |place| before.is_some_and(|before| before.has_page(place));
+            layer_of_number[number] = record.add([level.map, level.level], &pages, is_kept);
             let table = PageTable::new(level.grid, pages);
             let map = self.timed(SHADOW_MAP_LABEL, |frame| {
                 let (projection, light) = (&level.layer.projection, Source::of(frame.light));
@@ -171,7 +109,7 @@ impl Frame<'_> {
         }
         let tiling = self.image().tiling;
         let of_pixel = |number: u8| layer_of_number[usize::from(number)];
-        let numbers: Vec<_> = asked.numbers.into_iter().map(of_pixel).collect();
+        let numbers: Vec<_> = numbers.into_iter().map(of_pixel).collect();
         record.layer_of_pixel = tiling.row_by_row(&numbers);
         let visibility = self.timed(LOOKUP_LABEL, |frame| {
             let receivers = frame.receivers();
@@ -184,7 +122,7 @@ impl Frame<'_> {
                 .collect();
             lookup(&receivers, &looked)
         });
-        self.note(&record, asked.bias);
+        self.note(&record, bias);
         if paging.keeps {
             self.keep_pages(&layers);
         }

@@ -2,29 +2,10 @@
 
 use crate::cpu::lanes::{LANES, bits};
 use crate::cpu::tiles::{TILE, TILE_PIXELS};
+use crate::paging::grid::{ABSENT, PageGrid};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How a map is cut into pages, whose sides are powers of two.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PageGrid {
-    /// The logarithm of the texels along a page's side.
-    shift: u32,
-    /// Along each side of the map.
-    pub columns: u32,
-}
-
 impl PageGrid {
-    pub fn new(side: u32, page_size: u32) -> Self {
-        Self {
-            shift: page_size.ilog2(),
-            columns: side.div_ceil(page_size),
-        }
-    }
-
-    pub fn page_size(&self) -> u32 {
-        1 << self.shift
-    }
-
     /// Tiles along each side of a page.
     pub fn tiles_along(&self) -> usize {
         self.page_size() as usize / TILE
@@ -33,22 +14,6 @@ impl PageGrid {
     /// Tiles of a page.
     pub fn tiles(&self) -> usize {
         self.tiles_along().pow(2)
-    }
-
-    /// Pages of the whole map.
-    fn count(&self) -> usize {
-        self.columns.pow(2) as usize
-    }
-
-    #[inline(always)]
-    fn page_of(&self, x: u32, y: u32) -> usize {
-        ((y >> self.shift) * self.columns + (x >> self.shift)) as usize
-    }
-
-    /// Column and row of a page.
-    fn place(&self, page: usize) -> [u32; 2] {
-        let page = page as u32;
-        [page % self.columns, page / self.columns]
     }
 }
 
@@ -81,9 +46,9 @@ impl Requests {
 
     /// Columns and rows of those that are asked for, row by row.
     pub fn pages(&self) -> Vec<[u32; 2]> {
-        let all = self.is_asked.iter().enumerate();
-        let asked = all.filter(|(_, is_asked)| is_asked.load(Ordering::Relaxed));
-        asked.map(|(page, _)| self.grid.place(page)).collect()
+        let all = self.is_asked.iter();
+        self.grid
+            .places(all.map(|is_asked| is_asked.load(Ordering::Relaxed)))
     }
 }
 
@@ -97,14 +62,9 @@ pub struct PageTable {
     slots: Vec<u32>,
 }
 
-const ABSENT: u32 = u32::MAX;
-
 impl PageTable {
     pub fn new(grid: PageGrid, pages: Vec<[u32; 2]>) -> Self {
-        let mut slots = vec![ABSENT; grid.count()];
-        for (slot, [x, y]) in pages.iter().enumerate() {
-            slots[(y * grid.columns + x) as usize] = slot as u32;
-        }
+        let slots = grid.slots(&pages);
         Self { grid, pages, slots }
     }
 

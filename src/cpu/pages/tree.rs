@@ -120,8 +120,8 @@ impl DrawnTiles for PageTree<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::PageGrid;
     use super::*;
+    use crate::paging::grid::PageGrid;
     use crate::twin::Random;
     use std::collections::BTreeSet;
 
