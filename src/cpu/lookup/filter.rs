@@ -57,12 +57,14 @@ impl<S: Simd> BlockLookup<'_, S> {
                     Lane::clamp(texel.y, low.y, high.y),
                 );
             }
-            let (is_before, is_lit) = self.disc_test(kind, rule, row, texel);
+            // What is off the map is no texel, of no page.
+            let asking = row.on_map & counts;
+            let (is_before, is_lit) = self.disc_test(kind, rule, row, asking, texel);
             counts &= is_before;
             tests += counts.select(weight, zero);
             lit += (counts & is_lit).select(weight, zero);
         }
-        let (is_before, is_lit) = self.disc_test(kind, rule, row, row.middle);
+        let (is_before, is_lit) = self.disc_test(kind, rule, row, row.on_map, row.middle);
         let has_tests = Lane::less(zero, tests);
         let share = has_tests.select(lit / tests, is_lit.select(one, zero));
         let share: [f32; LANES] = share.into();
@@ -105,18 +107,19 @@ impl<S: Simd> BlockLookup<'_, S> {
         })
     }
 
-    /// Whether a texel's ray says anything of the receivers, and whether it finds them lit.
+    /// Whether a texel's ray says anything of the receivers that ask for it, and whether it finds them lit.
     #[inline(always)]
     pub(super) fn disc_test(
         &self,
         kind: &impl Formulas<f32x8<S>>,
         rule: &Rule<f32x8<S>>,
         row: &RowReceivers<S>,
+        asking: mask32x8<S>,
         texel: V2<f32x8<S>>,
     ) -> (mask32x8<S>, mask32x8<S>) {
         let step = self.step_to(row, self.linear_middle(texel));
         let depth = rule.least_lit_depth_in_disc(kind, &row.plane, &row.bias, step);
-        let is_lit = Lane::at_most(depth, self.stored(self.index(row.on_map, texel)));
+        let is_lit = Lane::at_most(depth, self.stored(self.index(asking, texel)));
         (row.plane.is_before_surface(kind, &row.bias, step), is_lit)
     }
 }

@@ -39,7 +39,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) {
         let simd = self.simd;
         let (zero, one, half) = (splat(simd, 0.0), splat(simd, 1.0), splat(simd, 0.5));
-        let (is_before, is_lit) = self.disc_test(kind, rule, row, row.middle);
+        let (is_before, is_lit) = self.disc_test(kind, rule, row, row.on_map, row.middle);
         let within = (row.place - row.middle).map(|part| Lane::clamp(part, zero, one));
         let own = Own { is_lit, within };
         let mut is_beyond = mask32x8::from_bitmask(simd, 0);
@@ -80,7 +80,8 @@ impl<S: Simd> BlockLookup<'_, S> {
         texel: V2<f32x8<S>>,
     ) -> mask32x8<S> {
         let there = self.within_patch(row, texel);
-        let (is_before, is_lit) = self.disc_test(kind, rule, row, self.texel_at(texel, there));
+        let texel = self.texel_at(texel, there);
+        let (is_before, is_lit) = self.disc_test(kind, rule, row, row.on_map, texel);
         there & is_before & (is_lit ^ own.is_lit)
     }
 
