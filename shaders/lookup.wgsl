@@ -24,6 +24,7 @@
 #import lib/edges
 #import lib/seams
 #import mask
+#import paging
 #import stored
 
 @group(0) @binding(0) var<uniform> projection_uniform: Projection;
@@ -66,12 +67,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let first = first_pixel(group, local);
     for (var i = 0u; i < rows_per_invocation; i += 1u) {
         let row = first.y + i;
-        if first.x < receivers.width && row < receivers.height {
+        let pixel = row * receivers.width + first.x;
+        if first.x < receivers.width && row < receivers.height && is_chosen(pixel) {
             let receiver = load_receiver(receivers, first.x, row);
             if receiver.faces_light {
                 let lit = lit_share(receivers, projection, warp, receiver, vec2<u32>(first.x, row));
-                if lit != UNKNOWN {
-                    visibility[row * receivers.width + first.x] = bitcast<u32>(lit);
+                if lit != UNKNOWN && !is_asking() {
+                    visibility[pixel] = bitcast<u32>(lit);
                 }
             }
         }
@@ -131,13 +133,21 @@ fn lit_share(
         candidates &= candidates - 1u;
         let side = 2 * reach + 1;
         let texel = middle + vec2<i32>(place % side, place / side) - reach;
-        var id = load_stored(u32(texel.y) * projection.size.x + u32(texel.x)).triangle;
+        var id = stored_at(projection, texel).triangle;
         if !is_rectilinear {
             id = select(id, ids[place], ((around.moved >> u32(place)) & 1u) != 0u);
         }
         hit = hits(projection, id, plane, receivers.margin);
     }
     return select(lit, 0.0, hit);
+}
+
+fn stored_at(projection: Projection, texel: vec2<i32>) -> Stored {
+    let index = index_looked_at(projection, vec2<u32>(texel));
+    if !is_stored(index) {
+        return Stored(3.0e38, NO_TRIANGLE);
+    }
+    return load_stored(index);
 }
 
 // A receiver in the light's projection, what is taken off its depth, and where it is looked up.
@@ -169,7 +179,7 @@ fn look_at_texel(
     around: ptr<function, Around>,
 ) -> u32 {
     let step = linear * vec2<f32>(projection.size) - projection.centre - plane.start.centred;
-    let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
+    let stored = stored_at(projection, texel);
     let depth = least_lit_depth(receivers, projection, plane.q, plane.start.normal, plane.bias, step);
     if is_before_surface(plane.start, step) {
         (*around).texels |= bit;
@@ -374,7 +384,7 @@ fn is_lit_at(
     step: vec2<f32>,
 ) -> bool {
     let depth = least_lit_depth_in_disc(receivers, projection, plane.q, plane.start.normal, plane.bias, step);
-    let stored = load_stored(u32(texel.y) * projection.size.x + u32(texel.x));
+    let stored = stored_at(projection, texel);
     return stored_depth(projection, depth) <= stored.depth;
 }
 

@@ -36,7 +36,9 @@ fn append_coarse_items(job: Job, warp: Warp, id: u32, extent: Extent, bound: Bou
     let last = bound.last >> vec2<u32>(job.coarse_shift);
     var tile = first;
     while tile.y <= last.y {
-        append_coarse_item(id, name_of_tile(tile));
+        if has_coarse_tile(vec2<u32>(tile)) {
+            append_coarse_item(id, name_of_tile(tile));
+        }
         tile.x += 1;
         if tile.x > last.x {
             tile = vec2<i32>(first.x, tile.y + 1);
@@ -59,7 +61,8 @@ fn split_item(job: Job, warp: Warp, item: Item) {
     while block.y <= blocks.last.y {
         let block_bound = bound_of_tile(bound, name_of_tile(block), SIDE_OF_BLOCK);
         let first = block_bound.first / SIDE;
-        let is_empty = !may_cover(projection, triangle, box_of_bound(projection, warp, block_bound));
+        let may_hold = has_block(projection, vec2<u32>(block_bound.first));
+        let is_empty = !(may_hold && may_cover(projection, triangle, box_of_bound(projection, warp, block_bound)));
         let last = select(block_bound.last / SIDE, first - 1, is_empty);
         var tile = first;
         while tile.y <= last.y {

@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_pass_of_both_engines_has_one_label() {
         // What the GPU engine does in no pass of its own.
-        let own = ["light grid", "page requests"];
+        let own = ["light grid"];
         for label in cpu::LABELS {
             let is_shared = gpu::passes::LABELS.contains(label);
             assert_ne!(is_shared, own.contains(label), "{label}");

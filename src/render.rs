@@ -19,13 +19,13 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, ReadResults, Recording, Source, Timings};
 use crate::gpu::scene_tables::{LightSides, Room, SceneTables};
 use crate::gpu::unsure;
-use crate::gpu::view::{PlannedLayer, RasterizedLayer, Recorded, View};
+use crate::gpu::view::{PlannedLayer, RasterizedLayer, Recorded, RecordedPages, View};
 use crate::gpu::{AdapterDescription, Gpu};
 use crate::light::Light;
 use crate::lock::lock;
 use crate::methods::Method;
 use crate::occlusion;
-use crate::paging::PagedMaps;
+use crate::paging::{NO_LAYER, PagedMaps};
 use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
@@ -381,7 +381,11 @@ fn record(
     method: &Method,
     outputs: Outputs,
 ) -> Result<Option<Rendered>> {
-    let Recorded { visibility, layers } = method.record(&mut view)?;
+    let Recorded {
+        visibility,
+        layers,
+        pages,
+    } = method.record(&mut view)?;
 
     let pixels = view.camera.pixel_count();
     let at_light = view.casters_at_light();
@@ -396,6 +400,8 @@ fn record(
     let layers = layers.into_iter();
     let layers = layers.map(|layer| LayerReads::new(frame, layer, outputs));
     let layers = layers.collect::<Result<Vec<_>>>()?;
+    let pages = pages.map(|pages| PageReads::new(view.frame(), pages, pixels, outputs));
+    let pages = pages.transpose()?;
     let results = view.submit()?;
     let (scene, camera, light) = (view.scene, view.camera, view.light);
     let (mut frame, mut stats) = view.finish();
@@ -440,6 +446,7 @@ fn record(
     for layer in layers {
         layer.take(&results, &mut rendered)?;
     }
+    rendered.pages = pages.map(|pages| pages.take(&results)).transpose()?;
     Ok(Some(rendered))
 }
 
@@ -460,7 +467,7 @@ impl LayerReads {
             warp,
             importance,
         } = layer.plan;
-        let texels = fitted.projection.texel_count();
+        let texels = layer.texel_count;
         let mut reads = Self {
             fitted,
             map: None,
@@ -512,6 +519,43 @@ impl LayerReads {
             warp,
         });
         Ok(())
+    }
+}
+
+/// What is read back of maps in pages.
+struct PageReads {
+    maps: PagedMaps,
+    layer_of_level: Vec<u8>,
+    level_of_pixel: Option<Read<u32>>,
+}
+
+impl PageReads {
+    fn new(
+        frame: &mut Recording,
+        pages: RecordedPages,
+        pixels: usize,
+        outputs: Outputs,
+    ) -> Result<Self> {
+        let asks = outputs.has_any(&[Output::PageLevels, Output::AliasingError]);
+        let read = asks.then(|| frame.read(Source::Taken(pages.level_of_pixel), pixels));
+        Ok(Self {
+            maps: pages.maps,
+            layer_of_level: pages.layer_of_level,
+            level_of_pixel: read.transpose()?,
+        })
+    }
+
+    fn take(self, results: &ReadResults) -> Result<PagedMaps> {
+        let mut maps = self.maps;
+        if let Some(read) = &self.level_of_pixel {
+            let numbers = results.take(read)?.into_iter();
+            let layer_of = |number: u32| match number {
+                0 => NO_LAYER,
+                number => self.layer_of_level[number as usize - 1],
+            };
+            maps.layer_of_pixel = numbers.map(layer_of).collect();
+        }
+        Ok(maps)
     }
 }
 

@@ -16,6 +16,7 @@ METHODS = [
     "cube+rtw",
     "dual_paraboloid",
     "cascades",
+    "virtual",
     "uniform",
     "notw",
     "exact",

@@ -25,6 +25,7 @@ MORE_METHODS = (
     lx.RectilinearWarp(rasterization="linear", tessellation=0.1),
     lx.NonOrthogonalWarp(lookup="depth", importance="boundary"),
     lx.NonOrthogonalWarp(function_count=64, exponent=0.5),
+    lx.VirtualShadowMap(page_size=64),
 )  # fmt: skip
 
 

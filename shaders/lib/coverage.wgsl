@@ -4,6 +4,7 @@
 #import warp
 #import caster
 #import mask
+#import paging
 #import lib/work_items
 
 struct Job {
@@ -164,7 +165,8 @@ fn is_covered(caster: Caster, ray: vec3<f32>) -> bool {
 fn store_covered(projection: Projection, caster: Caster, id: u32, texel: vec2<i32>, ray: vec3<f32>) {
     let z = clamp_to_nearest(depth_of_caster(projection, caster, ray), projection.z_floor);
     let is_in_range = z >= projection.z_min && z <= projection.z_max;
-    if is_in_range && is_solid(id, edges_at(caster.triangle, ray)) {
-        store_texel(u32(texel.y) * projection.size.x + u32(texel.x), stored_depth(projection, z), id);
+    let index = index_of_texel(projection, vec2<u32>(texel));
+    if is_in_range && is_stored(index) && is_solid(id, edges_at(caster.triangle, ray)) {
+        store_texel(index, stored_depth(projection, z), id);
     }
 }

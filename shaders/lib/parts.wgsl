@@ -1,39 +1,19 @@
 // Parts of triangles: a tile of the map is what one item has at most. Which parts need not be drawn: no
 // receiver looks at them, or they lie behind others.
 #import lib/coverage
-
-// Of a tile, and the most texels of a bound along each side.
-const SIDE: i32 = 8;
-const FINE_SHIFT: u32 = 3u;
-
-// 1 for each fine tile that a receiver looks at, in rows; what is drawn in the others changes no picture.
-@group(0) @binding(9) var<storage, read> receiver_tiles: array<u32>;
-override has_receiver_tiles: bool = false;
-
-fn tiles_of_map(projection: Projection) -> vec2<u32> {
-    return (projection.size + u32(SIDE) - 1u) >> vec2<u32>(FINE_SHIFT);
-}
+#import lib/fine_tiles
+#import paging
 
 fn bound_of_fine_tile(projection: Projection, tile: vec2<i32>) -> Bound {
     let first = tile * SIDE;
     return Bound(first, min(first + SIDE, vec2<i32>(projection.size)) - 1);
 }
 
-// In rows, of the tiles from `first` to `last`, which are neighbours or one.
-fn indices_of_tiles(projection: Projection, first: vec2<u32>, last: vec2<u32>) -> vec4<u32> {
-    let rows = vec2<u32>(first.y, last.y) * tiles_of_map(projection).x;
-    return rows.xxyy + vec4<u32>(first.x, last.x, first.x, last.x);
-}
-
 // Whether a receiver looks at a tile of the bound, whose sides are at most those of a tile.
 fn is_looked_at(projection: Projection, bound: Bound) -> bool {
-    if !has_receiver_tiles {
-        return true;
-    }
     let first = vec2<u32>(bound.first) >> vec2<u32>(FINE_SHIFT);
     let last = vec2<u32>(bound.last) >> vec2<u32>(FINE_SHIFT);
-    let at = indices_of_tiles(projection, first, last);
-    return (receiver_tiles[at.x] | receiver_tiles[at.y] | receiver_tiles[at.z] | receiver_tiles[at.w]) != 0u;
+    return are_looked_at(indices_of_tiles(projection, first, last));
 }
 
 // Every band of a bound.
@@ -95,8 +75,16 @@ fn hide_behind(projection: Projection, triangle: Triangle, box: Box, tile: vec2<
     let is_in_range = depths.x >= projection.z_min && depths.y <= projection.z_max;
     if is_in_range && covers_all(projection, triangle, box) {
         let key = ~bitcast<u32>(stored_depth(projection, depths.y));
-        atomicMax(&depths_of_tiles[u32(tile.y) * tiles_of_map(projection).x + u32(tile.x)], key);
+        atomicMax(&depths_of_tiles[indices_of_tiles(projection, vec2<u32>(tile), vec2<u32>(tile)).x], key);
     }
+}
+
+// Of a tile that is not stored that of the nearest depth: nothing is drawn in it.
+fn key_of_tile(index: u32) -> u32 {
+    if !is_stored(index) {
+        return 0xffffffffu;
+    }
+    return atomicLoad(&depths_of_tiles[index]);
 }
 
 fn is_hidden(job: Job, part: Part) -> bool {
@@ -107,10 +95,7 @@ fn is_hidden(job: Job, part: Part) -> bool {
     // A whole triangle may reach into the next ones.
     let last = select(part.tile, min(part.tile + 1u, tiles - 1u), part.is_whole);
     let at = indices_of_tiles(job.projection, part.tile, last);
-    let key = min(
-        min(atomicLoad(&depths_of_tiles[at.x]), atomicLoad(&depths_of_tiles[at.y])),
-        min(atomicLoad(&depths_of_tiles[at.z]), atomicLoad(&depths_of_tiles[at.w])),
-    );
+    let key = min(min(key_of_tile(at.x), key_of_tile(at.y)), min(key_of_tile(at.z), key_of_tile(at.w)));
     // Farther by more than the product is rounded.
     return key != 0u && part.nearest > bitcast<f32>(~key) * job.steps_per_depth + 0.01;
 }

@@ -109,7 +109,7 @@ impl Recording {
     }
 
     /// A storage buffer that holds the values; not pooled, as uniforms are not.
-    pub fn constants(&self, what: &str, values: &[f32]) -> Result<PooledBuffer> {
+    pub fn constants<T: Pod>(&self, what: &str, values: &[T]) -> Result<PooledBuffer> {
         let usage = BufferUsages::STORAGE;
         self.gpu
             .pool

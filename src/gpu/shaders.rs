@@ -1,10 +1,10 @@
 //! The list of shaders, and how they are put together.
 //!
 //! A shader is a file of `shaders/` with `#import` lines, each of which stands for another file, taken
-//! once. Six imports are slots that a pass fills: `#import projection` with one of `projection/`,
+//! once. Seven imports are slots that a pass fills: `#import projection` with one of `projection/`,
 //! `#import warp` with one of `warp/`, `#import caster` with one of `caster/`, `#import mask` with one of
-//! `mask/`, and `#import target` and `#import stored` with one of `target/` and of `stored/`, which write
-//! and read the same texels.
+//! `mask/`, `#import target` and `#import stored` with one of `target/` and of `stored/`, which write
+//! and read the same texels, and `#import paging` with one of `paging/`, which says where these lie.
 
 macro_rules! file {
     ($name:literal) => {
@@ -28,6 +28,8 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/counters"),
     file!("lib/coverage"),
     file!("lib/edges"),
+    file!("lib/fine_tiles"),
+    file!("lib/footprint"),
     file!("lib/homography"),
     file!("lib/image_tiles"),
     file!("lib/importance"),
@@ -56,6 +58,8 @@ pub const FILES: &[(&str, &str)] = &[
     file!("lib/work_items"),
     file!("mask/alpha"),
     file!("mask/none"),
+    file!("paging/pages"),
+    file!("paging/whole"),
     file!("projection/homography"),
     file!("projection/log_perspective"),
     file!("projection/parallel"),
@@ -80,6 +84,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("rasterize"),
     file!("rasterize_bands"),
     file!("outline"),
+    file!("page_levels"),
     file!("ray_queries"),
     file!("receiver_lists"),
     file!("receiver_tiles"),
@@ -93,13 +98,14 @@ pub const FILES: &[(&str, &str)] = &[
 ];
 
 /// The slots, and what fills each unless a pass says otherwise.
-const SLOTS: [(&str, &str); 6] = [
+const SLOTS: [(&str, &str); 7] = [
     ("projection", "projection/parallel"),
     ("warp", "warp/none"),
     ("caster", "caster/scene"),
     ("target", "target/depth"),
     ("stored", "stored/depth"),
     ("mask", "mask/none"),
+    ("paging", "paging/whole"),
 ];
 
 /// A shader with its slots filled. A slot that the file does not import plays no part.
@@ -224,9 +230,15 @@ pub mod tests {
     }
 
     /// Pieces of triangles are in the map, beyond projection and warp; bands are those of a warp. What stands in for
-    /// atomics of 64 bits knows of none of these.
+    /// atomics of 64 bits knows of none of these. Maps in pages are not warped, and their edges are straight.
     fn is_possible(shader: Shader) -> bool {
-        let [projection, warp, caster, target, _, mask] = shader.fillings;
+        let [projection, warp, caster, target, _, mask, paging] = shader.fillings;
+        let is_curved =
+            ["projection/log_perspective", "projection/paraboloid"].contains(&projection);
+        let is_exact = warp == "warp/none" && caster == "caster/scene" && !is_curved;
+        if paging == "paging/pages" && !is_exact {
+            return false;
+        }
         let is_beyond = projection == "projection/parallel" && warp == "warp/none";
         let is_plain = projection == "projection/parallel" && mask == "mask/none";
         if target == "target/depth_then_triangle" && !is_plain {

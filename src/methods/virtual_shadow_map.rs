@@ -11,7 +11,7 @@
 //! `cut`: `receivers` or `scene`.
 //!
 //! Limits: where more pages are asked for than may be stored, all receivers look into coarser levels. Each level is a pass
-//! over the casters. Straight rasterization has no pages, and the GPU engine has none either.
+//! over the casters. Straight rasterization has no pages, and only the CPU engine keeps those of the frame before.
 
 use super::parameters::TexelParameters;
 use super::prelude::*;
@@ -54,8 +54,6 @@ impl ShadowMethod for VirtualShadowMap {
     const CITATION: &'static str = "Lefohn, A. E., Sengupta, S., and Owens, J. D. 2007. \
          Resolution-matched shadow maps. ACM Transactions on Graphics 26(4). Giegl, M., and Wimmer, M. \
          2007. Queried virtual shadow maps. I3D.";
-
-    const IS_ON_GPU: bool = false;
 
     fn check(&self) -> Result<()> {
         ensure_value!(

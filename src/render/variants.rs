@@ -394,6 +394,8 @@ fn neither_the_order_of_workgroups_nor_old_memory_changes_a_byte() {
         ("rtw", &sun),
         ("notw", &sun),
         ("cube", &lamp),
+        ("virtual", &sun),
+        ("virtual", &lamp),
         ("dual_paraboloid", &lamp),
         ("exact", &lamp),
         ("ray_traced", &lamp),

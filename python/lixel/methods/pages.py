@@ -33,8 +33,8 @@ class VirtualShadowMap(ShadowMapMethod):
     `Frame.shadow_map` the texels, page after page. `lixel.pictures.page_plots` draws them.
 
     Limits: each level that is looked into is a pass over the casters. Under light that grazes a
-    surface a texel is stretched over many pixels, however small it is across its ray. The GPU
-    engine has no form of it: where no device is named the CPU renders it.
+    surface a texel is stretched over many pixels, however small it is across its ray. On a GPU the
+    pages of one level must fit into one buffer of the device, and none are kept.
 
     Parameters
     ----------
@@ -53,6 +53,7 @@ class VirtualShadowMap(ShadowMapMethod):
         position the whole cube or cone. With ``"scene"`` pages hold still while the camera moves,
         and those that the frame before had are not drawn again, as long as light and vertices are
         the same; ``stats["shadow map"]["kept_pages"]`` counts them. The answer is the same bytes.
+        A GPU draws all pages anew.
 
     The others are those of `ShadowMapMethod`; `rasterization` must be ``"exact"``, and `lookup` one
     that looks at texels around the receiver alone: no filtered map, no ``"revectorized"``.
@@ -70,7 +71,6 @@ class VirtualShadowMap(ShadowMapMethod):
     """
 
     name: ClassVar[str] = "virtual"
-    is_on_gpu: ClassVar[bool] = False
 
     resolution: int = 16384
     page_size: int = 128

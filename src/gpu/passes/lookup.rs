@@ -3,8 +3,9 @@
 use super::inputs::{Receivers, ReceiversUniform};
 use super::moments::MomentMap;
 use super::rasterize::Target;
+use super::stored_pages::PagesInput;
 use super::warp_map::WarpMap;
-use crate::gpu::kernel::Kernel;
+use crate::gpu::kernel::{Dispatch, Kernel};
 use crate::gpu::recording::Recording;
 use crate::map_settings::{Comparison, DepthBias};
 use crate::projection::Projection;
@@ -32,11 +33,33 @@ pub struct LookupInput<'a> {
     pub bias: DepthBias,
     /// Bound of the rounding error of a position in light space, world units.
     pub rounding: f64,
+    /// Where the map is a level of one in pages: then it is for the pixels that have its number.
+    pub pages: Option<LevelInput<'a>>,
+}
+
+/// A level of a map in pages, before some receivers.
+#[derive(Clone, Copy)]
+pub struct LevelInput<'a> {
+    pub pages: PagesInput<'a>,
+    pub level_of_pixel: &'a wgpu::Buffer,
+    /// Of a few bytes each, for bindings that have no part in it.
+    pub unused: [&'a wgpu::Buffer; 2],
 }
 
 /// Answers for the receivers of the layer; the other pixels keep what they have. Per pixel, float32: 1 lit, 0 in
 /// shadow, in between with a filter.
 pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibility: &wgpu::Buffer) {
+    let dispatch = lookup_dispatch(frame, seen, map, visibility);
+    frame.pass(LABEL, &[dispatch]);
+}
+
+/// Of a pass that looks, or that asks for pages.
+pub fn lookup_dispatch(
+    frame: &Recording,
+    seen: Receivers,
+    map: LookupInput,
+    visibility: &wgpu::Buffer,
+) -> Dispatch {
     let LookupInput {
         projection,
         comparison,
@@ -64,7 +87,15 @@ pub fn lookup(frame: &mut Recording, seen: Receivers, map: LookupInput, visibili
         .constant("is_gaussian", filter.is_some_and(|f| f.is_gaussian))
         .constant("is_jittered", filter.is_some_and(|f| f.is_jittered))
         .constant("is_revectorized", comparison.is_revectorized);
-    frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
+    let kernel = match map.pages {
+        None => kernel,
+        Some(LevelInput {
+            pages,
+            level_of_pixel,
+            unused,
+        }) => kernel.pages_looked_at(&frame.gpu, pages, level_of_pixel, unused),
+    };
+    kernel.dispatch(seen.groups(rows))
 }
 
 /// The same from moments of the map.

@@ -13,6 +13,7 @@ pub mod light_rays;
 pub mod lookup;
 pub mod moments;
 pub mod outline;
+pub mod page_requests;
 pub mod rasterize;
 pub mod ray_queries;
 pub mod receiver_lists;
@@ -23,6 +24,7 @@ pub mod shadow_edge;
 pub mod shadow_map;
 pub mod shadow_rays;
 pub mod shadow_volumes;
+pub mod stored_pages;
 pub mod tessellate;
 #[cfg(test)]
 mod twins;
@@ -44,6 +46,7 @@ pub const LABELS: &[&str] = &[
     lookup::LABEL,
     moments::LABEL,
     outline::LABEL,
+    page_requests::LABEL,
     ray_queries::LABEL,
     receiver_lists::LABEL,
     receiver_tiles::LABEL,

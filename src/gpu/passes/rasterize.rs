@@ -1,6 +1,7 @@
 //! Exact rasterization of the scene's triangles through a projection, `shaders/rasterize.wgsl`; through a
 //! warp of many functions, `shaders/rasterize_bands.wgsl`.
 
+use super::stored_pages::StoredPages;
 use super::tessellate::{self, tessellate};
 use super::warp_map::WarpMap;
 use super::work_items::{self, Counters, Stages};
@@ -47,7 +48,7 @@ shader_struct! {
     }
 }
 
-/// Binary logarithm of the side of the tiles that are drawn: the same in `shaders/lib/parts.wgsl`.
+/// Binary logarithm of the side of the tiles that are drawn: the same in `shaders/lib/fine_tiles.wgsl`.
 pub const FINE_SHIFT: u32 = 3;
 
 /// With more, what a triangle hides is not looked for: it takes a look at all bands of a tile in each of them, and
@@ -68,6 +69,8 @@ pub struct RasterJob<'a> {
     pub rasterization: Rasterization,
     /// From `receiver_tiles`, of `FINE_SHIFT`: what the other tiles hold is undefined.
     pub receiver_tiles: Option<&'a wgpu::Buffer>,
+    /// Those of the map that are stored, without a warp; `None`: all of it is.
+    pub pages: Option<&'a StoredPages>,
 }
 
 impl<'a> RasterJob<'a> {
@@ -79,8 +82,27 @@ impl<'a> RasterJob<'a> {
             target: Target::DepthTriangle,
             rasterization: Rasterization::Exact,
             receiver_tiles: None,
+            pages: None,
         }
     }
+
+    pub fn texel_count(&self) -> usize {
+        self.pages
+            .map_or(self.projection.texel_count(), StoredPages::texel_count)
+    }
+
+    fn tile_count(&self) -> usize {
+        let [columns, rows] = tiles_of_map(self.projection).map(|side| side as usize);
+        let of_pages = |pages: &StoredPages| pages.texel_count() >> (2 * FINE_SHIFT);
+        self.pages.map_or(columns * rows, of_pages)
+    }
+}
+
+/// Binary logarithm of the side of the tiles that a large triangle is cut into first: coarser ones for larger maps, so
+/// that none is cut into more than 64 x 64 of them.
+pub fn coarse_shift(projection: &Projection) -> u32 {
+    let side = projection.width.max(projection.height).div_ceil(64);
+    side.next_power_of_two().max(128).trailing_zeros()
 }
 
 impl Kernel {
@@ -125,8 +147,11 @@ impl<'a> Drawing<'a> {
         let kernel = Kernel::new(file)
             .uniform(&frame.gpu, 0, &self.uniform(scene))
             .constant("culls_by_depth", frame.culls)
-            .constant("has_receiver_tiles", self.job.receiver_tiles.is_some())
             .warp(self.job.warp);
+        let kernel = match self.job.pages {
+            None => kernel.constant("has_receiver_tiles", self.job.receiver_tiles.is_some()),
+            Some(pages) => kernel.stored_pages(&frame.gpu, pages),
+        };
         let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
         match &self.pieces {
             None => kernel
@@ -169,7 +194,7 @@ impl<'a> Drawing<'a> {
         RasterizationUniform {
             projection: ProjectionUniform::new(projection, scene.origin),
             triangle_count: scene.triangle_count,
-            coarse_shift: self.coarse_shift(),
+            coarse_shift: coarse_shift(projection),
             tile_bits,
             band_bits,
             has_bands: u32::from(self.has_bands),
@@ -178,18 +203,12 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Texels along each side of a coarse tile, in powers of two: no triangle is cut into more than 64 x 64 of them.
-    fn coarse_shift(&self) -> u32 {
-        let Projection { width, height, .. } = *self.job.projection;
-        let side = width.max(height).div_ceil(64);
-        side.next_power_of_two().max(128).trailing_zeros()
-    }
-
     /// Triangles or items that an invocation takes one after the other: all of its loops together must stay below
     /// 65,535 iterations.
     fn per_invocation(&self, gpu: &Gpu) -> u32 {
         let Projection { width, height, .. } = *self.job.projection;
-        let [columns, rows] = [width, height].map(|side| side.div_ceil(1 << self.coarse_shift()));
+        let coarse = coarse_shift(self.job.projection);
+        let [columns, rows] = [width, height].map(|side| side.div_ceil(1 << coarse));
         // So many coarse tiles a triangle may be cut into.
         let most = gpu
             .work_per_invocation(1, 64)
@@ -214,7 +233,7 @@ pub fn rasterize(
 ) -> Result<PooledBuffer> {
     let projection = job.projection;
     let texel_bytes = job.target.texel_bytes();
-    let texels = frame.storage(label, (projection.texel_count() * texel_bytes) as u64)?;
+    let texels = frame.storage(label, (job.texel_count() * texel_bytes) as u64)?;
     frame.clear(&texels);
     let counters = work_items::counters(frame)?;
     let pieces = match job.rasterization {
@@ -230,8 +249,7 @@ pub fn rasterize(
         )?),
     };
     let drawing = Drawing::new(job, pieces);
-    let [columns, rows] = tiles_of_map(projection).map(u64::from);
-    let depths_of_tiles = frame.storage("depths of tiles", 4 * columns * rows)?;
+    let depths_of_tiles = frame.storage("depths of tiles", 4 * job.tile_count() as u64)?;
     frame.clear(&depths_of_tiles);
     let unused = frame.storage("unused tiles", 4)?;
 
@@ -244,14 +262,19 @@ pub fn rasterize(
     };
     let drawn = drawn.bind(13, &depths_of_tiles);
     let tiles = job.receiver_tiles.unwrap_or(&unused);
+    // Of a map in pages their table says what is looked at.
+    let looked_at = |kernel: Kernel| match job.pages {
+        None => kernel.bind(9, tiles),
+        Some(_) => kernel,
+    };
     let masks = scene.masks.as_ref();
     let stages = Stages {
         triangles: u64::from(scene.triangle_count),
         per_invocation: drawing.per_invocation(&frame.gpu),
         counters,
         prepare_bin,
-        bin: bin.bind(9, tiles),
-        split: drawn.clone().bind(9, tiles).mask_numbers(masks),
+        bin: looked_at(bin),
+        split: looked_at(drawn.clone()).mask_numbers(masks),
         walks: drawing.walks(&frame.gpu, &drawn.bind(5, &texels).masks(masks)),
     };
     let room = scene.room.clone();

@@ -1,5 +1,6 @@
 //! What a method sees of a frame, and what it gives back.
 
+mod pages;
 mod rays;
 mod shadows;
 mod verbs;
@@ -20,6 +21,7 @@ use crate::gpu::recording::{ReadResults, Recording, Source};
 use crate::gpu::unsure::{UnsureRead, UnsureTests};
 use crate::light::Light;
 use crate::map_settings::Comparison;
+use crate::paging::PagedMaps;
 use crate::region::Region;
 use crate::scene::Scene;
 use crate::stats::{ReceiverCounts, Stats};
@@ -61,6 +63,17 @@ pub struct RasterizedLayer {
     pub plan: PlannedLayer,
     pub comparison: Comparison,
     pub texels: PooledBuffer,
+    pub texel_count: usize,
+}
+
+/// What was drawn of maps in pages, and what pixels look at.
+pub struct RecordedPages {
+    /// But for what each pixel looks into.
+    pub maps: PagedMaps,
+    /// Of each pixel the number of its level, from 1 on; zero where it needs none.
+    pub level_of_pixel: PooledBuffer,
+    /// The layer of each level.
+    pub layer_of_level: Vec<u8>,
 }
 
 /// What a method recorded: the visibility image and the layers it was looked up in. A layer that no
@@ -68,6 +81,7 @@ pub struct RasterizedLayer {
 pub struct Recorded {
     pub visibility: PooledBuffer,
     pub layers: Vec<RasterizedLayer>,
+    pub pages: Option<RecordedPages>,
 }
 
 impl Recorded {
@@ -75,6 +89,7 @@ impl Recorded {
         Self {
             visibility,
             layers: vec![],
+            pages: None,
         }
     }
 }

@@ -85,6 +85,7 @@ impl View<'_> {
                 comparison: map.lookup,
                 bias: map.bias.depth_bias(projection, rounding),
                 rounding,
+                pages: None,
             };
             let frame = &mut self.frame;
             match map.lookup.moments {
@@ -99,10 +100,15 @@ impl View<'_> {
             layers.push(RasterizedLayer {
                 comparison: map.lookup,
                 texels,
+                texel_count: plan.layer.projection.texel_count(),
                 plan,
             });
         }
-        Ok(Recorded { visibility, layers })
+        Ok(Recorded {
+            visibility,
+            layers,
+            pages: None,
+        })
     }
 
     /// The tiles of a map that need to be drawn; `None`: all of it, because somebody wants to see it or it is
@@ -164,7 +170,7 @@ impl View<'_> {
     }
 
     /// The frame where whatever is seen faces away from the light: there is nothing to look up.
-    fn all_in_shadow(&mut self) -> Result<Recorded> {
+    pub(super) fn all_in_shadow(&mut self) -> Result<Recorded> {
         self.skip(shadow_map::LABEL);
         let visibility = self.begun_image()?;
         Ok(Recorded::without_layers(visibility))

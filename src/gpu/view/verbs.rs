@@ -62,10 +62,16 @@ impl<'a> Verbs<'a> for View<'a> {
         self.mapped_shadows(map, layers)
     }
 
-    fn paged_shadows(&mut self, _: MapSettings, _: Vec<Layer>, _: Paging) -> Result<Recorded> {
-        Err(Error::Device(
-            "maps in pages have no form on the GPU engine; take device='cpu'".to_string(),
-        ))
+    fn paged_shadows(
+        &mut self,
+        map: MapSettings,
+        maps: Vec<Layer>,
+        paging: Paging,
+    ) -> Result<Recorded> {
+        match maps.is_empty() {
+            true => self.all_in_shadow(),
+            false => self.shadows_in_pages(map, &maps, paging),
+        }
     }
 
     fn facing_count(&self) -> u32 {

@@ -6,9 +6,11 @@ from .mutant import Mutant
 
 LEVELS = ("pytest", "tests/test_virtual.py", "-k", "as_wide_as_it_is or bias_moves")
 PAGES = ("cargo", "--lib", "pages")
+ON_GPU = ("pytest", "tests/test_virtual.py", "-k", "same_pages")
 
-FOOTPRINTS = "src/cpu/pages/footprints.rs"
-ASKED = "src/cpu/pages/mod.rs"
+FOOTPRINT = "src/paging/footprint.rs"
+PAGING = "src/paging/mod.rs"
+SHADER = "shaders/paging/pages.wgsl"
 DRAWN = "src/cpu/pages/draw.rs"
 KEPT = "src/cpu/pages/kept.rs"
 TABLE = "src/cpu/pages/table.rs"
@@ -17,20 +19,20 @@ SQUARES = "src/fits/pages.rs"
 
 MUTANTS = (
     Mutant(
-        "pages", "a level is chosen by the width of a texel", FOOTPRINTS,
+        "pages", "a level is chosen by the width of a texel", PAGING,
         "(width * width / 4_f64.powf(bias)) as f32",
         "(width / 4_f64.powf(bias)) as f32", LEVELS,
     ),
     Mutant(
-        "pages", "a bias of one is half a level", FOOTPRINTS,
+        "pages", "a bias of one is half a level", PAGING,
         "4_f64.powf(bias)", "2_f64.powf(bias)", LEVELS,
     ),
     Mutant(
-        "pages", "the farther a pixel sees, the smaller it is", FOOTPRINTS,
-        "sum.abs() / dot(ray, ray).sqrt()", "sum.abs()", LEVELS,
+        "pages", "the farther a pixel sees, the smaller it is", FOOTPRINT,
+        "(ray / ray.length()).dot(along)", "ray.dot(along)", LEVELS,
     ),
     Mutant(
-        "pages", "the eye is where the map's origin is", FOOTPRINTS,
+        "pages", "the eye is where the map's origin is", FOOTPRINT,
         "row.truncate().extend(row.w + row.truncate().dot(eye))", "row + 0.0 * eye.extend(0.0)",
         LEVELS,
     ),
@@ -40,7 +42,7 @@ MUTANTS = (
         PAGES,
     ),
     Mutant(
-        "pages", "twice as many as may be are stored", ASKED,
+        "pages", "twice as many as may be are stored", PAGING,
         "if count <= most {", "if count <= 2.0 * most {", PAGES,
     ),
     Mutant(
@@ -63,5 +65,23 @@ MUTANTS = (
     Mutant(
         "pages", "the last tile of a box is left out", TREE,
         "(first[0] + along).min(x1 + 1)", "(first[0] + along).min(x1)", PAGES,
+    ),
+    Mutant(
+        "pages", "a pixel looks into every level", SHADER,
+        "level_of_pixel[pixel] == pages_uniform.number", "level_of_pixel[pixel] != 0u", ON_GPU,
+    ),
+    Mutant(
+        "pages", "the levels of all maps have their pages in common", SHADER,
+        "ask(pages.first_bit + page.y * pages.columns + page.x)",
+        "ask(page.y * pages.columns + page.x)", ON_GPU,
+    ),
+    Mutant(
+        "pages", "rows of a page are half as long", SHADER,
+        "+ within.y) << size_shift)", "+ within.y) << (size_shift - 1u))", ON_GPU,
+    ),
+    Mutant(
+        "pages", "a coarse tile holds no page", SHADER,
+        "+ tile.y * pages.coarse_columns + tile.x] != 0u", "+ tile.y * pages.coarse_columns] != 0u",
+        ON_GPU,
     ),
 )  # fmt: skip
