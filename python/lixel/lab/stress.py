@@ -263,7 +263,6 @@ LIMITS: tuple[Limit, ...] = (
         "A level is chosen by the area of a pixel's footprint. A floor that the sun sees nearly "
         "edge-on has footprints that are long and thin, and a texel of that area reaches over 13 "
         "pixels; with level_bias=-2 one and four pixels are left.",
-        ("cpu",),
     ),
     Limit(
         ("image, 1 x 400 pixels", "image, 3 x 500 pixels"),
