@@ -336,6 +336,8 @@ fn share_in_disc(
         if is_on_map(size, texel) {
             var whole = texel_at(size, texel);
             whole = select(clamp(whole, own_patch.low, own_patch.high), whole, is_unwarped);
+            // A patch without a texel may end before the map begins.
+            whole = clamp(whole, vec2<i32>(0), vec2<i32>(projection.size) - 1);
             let step = step_to_texel(projection, warp, plane, whole);
             let counts = select(0.0, weight, is_before_surface(plane.start, step));
             tests += counts;

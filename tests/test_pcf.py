@@ -149,6 +149,17 @@ def test_a_disc_ends_at_a_tear(scene):
     assert notw <= 0.85 * rtw
 
 
+@pytest.mark.parametrize("resolution", [16, 20, 24, 32, 40, 48])
+def test_a_patch_without_a_texel_has_an_answer(resolution, engine):
+    """Sixteen functions in so few texels leave some of them none, the first ones among these."""
+    scene = lx.scenes.objects_on_floor(count=25, subdivisions=2)
+    seen = scene, scene.cameras["default"].resized(160, 90), lx.DirectionalLight((0.5, -1.0, 0.35))
+    truth = lx.reference(*seen).visibility
+    method = with_lookup("notw", lx.Pcf(radius=1.5, samples=16), resolution)
+    share = lx.render_shadows(*seen, method)
+    assert np.nanmean(np.abs(share - truth)) < 0.12
+
+
 @pytest.mark.parametrize("space", ["warped", "unwarped"])
 @pytest.mark.parametrize("samples", [1, 2, 5, 16])
 def test_shares_are_those_of_so_many_samples(samples, space):

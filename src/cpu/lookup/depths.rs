@@ -176,7 +176,7 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// The texel of the map that is nearest to one.
     #[inline(always)]
-    fn nearest_on_map(&self, texel: V2<f32x8<S>>) -> V2<f32x8<S>> {
+    pub(super) fn nearest_on_map(&self, texel: V2<f32x8<S>>) -> V2<f32x8<S>> {
         let (zero, last) = (splat(self.simd, 0.0), self.v2(self.layer.size - 1.0));
         texel.zip(last, |texel, last| Lane::clamp(texel, zero, last))
     }

@@ -52,10 +52,12 @@ impl<S: Simd> BlockLookup<'_, S> {
             let mut texel = self.texel_at(place, counts);
             if !filter.is_unwarped {
                 let [low, high] = row.patch;
-                texel = V2::new(
+                let within = V2::new(
                     Lane::clamp(texel.x, low.x, high.x),
                     Lane::clamp(texel.y, low.y, high.y),
                 );
+                // A patch without a texel may end before the map begins.
+                texel = self.nearest_on_map(within);
             }
             // What is off the map is no texel, of no page.
             let asking = row.on_map & counts;
