@@ -59,7 +59,7 @@ pub fn aliasing_error(
             let normal = DVec3::from(normal.map(f64::from));
             let to_light = light.vector_from_point(point).normalize();
             let to_eye = -camera.sight_of(point - camera.eye).normalize();
-            let size = DVec2::new(f64::from(map.width), f64::from(map.height));
+            let size = map.size().texels();
             let (warped, scale) = layer.steps(map.texel_from_point(point).truncate() / size);
             let area_of_texel = map.kind.texel_area(map, steps, point) * warped.determinant().abs()
                 / (scale.x * scale.y);
@@ -108,7 +108,7 @@ fn sides_of_texel(layer: &RenderedLayer, point: DVec3) -> Option<DVec2> {
     let map = &layer.projection;
     let there = map.texel_from_point(point);
     let (texel, depth) = (there.truncate(), there.z);
-    let size = DVec2::new(f64::from(map.width), f64::from(map.height));
+    let size = map.size().texels();
     let is_inside = texel.cmpge(DVec2::ZERO).all() && texel.cmple(size).all();
     if !is_inside || (map.kind.is_central() && depth <= 0.0) {
         return None;

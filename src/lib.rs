@@ -30,6 +30,7 @@ mod lanes;
 mod light;
 mod lock;
 mod map_settings;
+pub mod map_size;
 mod masks;
 mod methods;
 mod moments;

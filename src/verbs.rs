@@ -6,6 +6,7 @@ use crate::fits::receivers::ReceiverQueries;
 use crate::fits::samples::SampledReceivers;
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
+use crate::map_size::MapSize;
 use crate::paging::Paging;
 use crate::warp::tables::Table;
 use crate::warp::{Axis, CountFit, Warp};
@@ -161,15 +162,15 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
         warp: Option<&Self::Warp>,
     ) -> Result<()>;
 
-    /// Room for functions of so many cells along each axis of a map of `resolution` texels.
-    fn warp(&mut self, functions: u32, cells: u32, resolution: u32) -> Result<Self::Warp>;
+    /// Room for functions of so many cells along each axis of a map of so many texels.
+    fn warp(&mut self, functions: u32, cells: u32, size: MapSize) -> Result<Self::Warp>;
 
     /// The functions along one axis from counts of receivers (Milet et al.).
     fn fit_counts(
         &mut self,
         warp: &mut Self::Warp,
         axis: Axis,
-        resolution: u32,
+        size: MapSize,
         counts: &ImportanceMap<Self::Values>,
         fit: CountFit,
     ) -> Result<()>;
@@ -179,7 +180,7 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
         &mut self,
         warp: &mut Self::Warp,
         axis: Axis,
-        resolution: u32,
+        size: MapSize,
         importance: &ImportanceMap<Self::Values>,
         sigma: f64,
     ) -> Result<()>;
@@ -188,7 +189,7 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
     fn set_functions(&mut self, warp: &mut Self::Warp, values: &[f32]);
 
     /// A warp by a table of samples, finished.
-    fn sampled_warp(&mut self, table: &Table, resolution: u32) -> Result<Self::Warp>;
+    fn sampled_warp(&mut self, table: &Table, size: MapSize) -> Result<Self::Warp>;
 
     /// What the cells of an importance map hold, by the engine's own words: their bits.
     fn read_importance(&mut self, importance: &ImportanceMap<Self::Values>) -> Result<Vec<u32>>;
@@ -197,5 +198,5 @@ pub trait Verbs<'a>: FitQueries<'a> + Sized {
     fn read_functions(&mut self, warp: &Self::Warp) -> Result<Warp>;
 
     /// Inverses, once the functions along both axes are there.
-    fn finish_warp(&mut self, warp: &mut Self::Warp, resolution: u32);
+    fn finish_warp(&mut self, warp: &mut Self::Warp, size: MapSize);
 }

@@ -5,18 +5,14 @@ pub mod smoothing;
 pub mod tables;
 
 use crate::lanes::{Each, Lane, V2};
+pub use crate::map_size::Axis;
+use crate::map_size::MapSize;
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use samples::SampledWarp;
 
 /// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations in a shader.
 pub const MAX_CELLS: u32 = 16384;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    X,
-    Y,
-}
 
 /// How functions follow from counts of receivers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,10 +138,17 @@ impl Warp {
         (V2::new(x, y), V2::new(row, column))
     }
 
-    /// Where each function takes on the centres of a map's texels: as `invert` in `shaders/warp_map.wgsl`.
-    pub fn inverses(&self, texels: usize) -> Vec<f32> {
+    /// Where each function takes on the centres of a map's texels, those along x and those along y: as `invert` in
+    /// `shaders/warp_map.wgsl`.
+    pub fn inverses(&self, size: MapSize) -> [Vec<f32>; 2] {
+        let (along_x, along_y) = self.values.split_at(self.functions * self.boundaries);
+        let inverses = |(values, axis)| self.inverses_along(values, size.along(axis) as usize);
+        [(along_x, Axis::X), (along_y, Axis::Y)].map(inverses)
+    }
+
+    fn inverses_along(&self, values: &[f32], texels: usize) -> Vec<f32> {
         let cells = self.boundaries - 1;
-        let functions = self.values.par_chunks_exact(self.boundaries);
+        let functions = values.par_chunks_exact(self.boundaries);
         let inverse = |function: &[f32]| {
             let mut cell = 0;
             let place_of = |texel: usize| {
@@ -166,36 +169,36 @@ impl Warp {
     #[inline(always)]
     pub fn linear_from_texel<L: Lane>(
         &self,
-        inverses: &[f32],
-        texels: usize,
+        inverses: &[Vec<f32>; 2],
+        size: MapSize,
         texel: V2<L>,
     ) -> V2<L> {
-        let (functions, y) = self.functions_and_y(inverses, texels, texel);
-        V2::new(L::gather(inverses, texels, functions.x, texel.x), y)
+        let (functions, y) = self.functions_and_y(inverses, size, texel);
+        V2::new(inverse_at(inverses, Axis::X, size, functions.x, texel.x), y)
     }
 
     /// The functions of a row and of a column that take a place to the centre of a texel.
     #[inline(always)]
     pub fn functions_of_texel<L: Lane>(
         &self,
-        inverses: &[f32],
-        texels: usize,
+        inverses: &[Vec<f32>; 2],
+        size: MapSize,
         texel: V2<L>,
     ) -> V2<L> {
-        self.functions_and_y(inverses, texels, texel).0
+        self.functions_and_y(inverses, size, texel).0
     }
 
     /// The same, and the second coordinate of that place.
     #[inline(always)]
     fn functions_and_y<L: Lane>(
         &self,
-        inverses: &[f32],
-        texels: usize,
+        inverses: &[Vec<f32>; 2],
+        size: MapSize,
         texel: V2<L>,
     ) -> (V2<L>, L) {
-        let size = texel.x.constant(texels as f64);
-        let column = self.function_at((texel.x + texel.x.constant(0.5)) / size);
-        let y = L::gather(inverses, texels, self.along_y(column), texel.y);
+        let columns = texel.x.constant(f64::from(size.width));
+        let column = self.function_at((texel.x + texel.x.constant(0.5)) / columns);
+        let y = inverse_at(inverses, Axis::Y, size, column, texel.y);
         (V2::new(self.function_at(y), column), y)
     }
 
@@ -203,28 +206,29 @@ impl Warp {
     #[inline(always)]
     pub fn linear_by_functions<L: Lane>(
         &self,
-        inverses: &[f32],
-        texels: usize,
+        inverses: &[Vec<f32>; 2],
+        size: MapSize,
         functions: V2<L>,
         texel: V2<L>,
     ) -> V2<L> {
-        let x = L::gather(inverses, texels, functions.x, texel.x);
-        let y = L::gather(inverses, texels, self.along_y(functions.y), texel.y);
+        let x = inverse_at(inverses, Axis::X, size, functions.x, texel.x);
+        let y = inverse_at(inverses, Axis::Y, size, functions.y, texel.y);
         V2::new(x, y)
     }
 
     /// The first and the last texel of the patch of two functions, those of a row and of a column: between patches
     /// the map is torn. It may be empty.
     #[inline(always)]
-    pub fn patch_of<L: Lane>(&self, functions: V2<L>, texels: usize) -> [V2<L>; 2] {
+    pub fn patch_of<L: Lane>(&self, functions: V2<L>, size: MapSize) -> [V2<L>; 2] {
         let one = functions.x.constant(1.0);
         let count = functions.x.constant(self.functions as f64);
         let column = self.along_y(functions.y);
         let low = self.value_at(column, functions.x / count);
         let high = self.value_at(column, (functions.x + one) / count);
         let (left, right) = (functions.y / count, (functions.y + one) / count);
-        let first = V2::new(first_centre(left, texels), first_centre(low, texels));
-        let end = V2::new(first_centre(right, texels), first_centre(high, texels));
+        let MapSize { width, height } = size;
+        let first = V2::new(first_centre(left, width), first_centre(low, height));
+        let end = V2::new(first_centre(right, width), first_centre(high, height));
         [first, end - V2::splat(one)]
     }
 
@@ -247,10 +251,9 @@ impl Warp {
         linear: V2<L>,
         functions: V2<L>,
         side: V2<L>,
-        texels: usize,
+        size: MapSize,
     ) -> V2<L> {
         let zero = linear.x.constant(0.0);
-        let size = linear.x.constant(texels as f64);
         let count = linear.x.constant(self.functions as f64);
         let edge = |function: L, side: L| (function + side.max(zero)) / count;
         let is_along_y = zero.less(side.y.abs());
@@ -259,11 +262,12 @@ impl Warp {
         let column = L::select(is_along_y, self.function_at(x), functions.y + side.x);
         let y = L::select(is_along_y, edge(functions.x, side.y), linear.y);
         let y = self.value_at(self.along_y(column), y);
-        let inside = |place: L| (place * size).floor();
-        let across = |place: L, side: L| first_centre(place, texels) + side.min(zero);
+        let inside = |place: L, texels: u32| (place * place.constant(f64::from(texels))).floor();
+        let across = |place: L, side: L, texels: u32| first_centre(place, texels) + side.min(zero);
+        let MapSize { width, height } = size;
         V2::new(
-            L::select(is_along_y, inside(x), across(x, side.x)),
-            L::select(is_along_y, across(y, side.y), inside(y)),
+            L::select(is_along_y, inside(x, width), across(x, side.x, width)),
+            L::select(is_along_y, across(y, side.y, height), inside(y, height)),
         )
     }
 
@@ -300,10 +304,27 @@ impl Warp {
     }
 }
 
+/// Where a function along an axis takes on the centre of a texel.
+#[inline(always)]
+fn inverse_at<L: Lane>(
+    inverses: &[Vec<f32>; 2],
+    axis: Axis,
+    size: MapSize,
+    function: L,
+    texel: L,
+) -> L {
+    L::gather(
+        &inverses[axis as usize],
+        size.along(axis) as usize,
+        function,
+        texel,
+    )
+}
+
 /// The first texel whose centre is not before a place.
 #[inline(always)]
-fn first_centre<L: Lane>(place: L, texels: usize) -> L {
-    let size = place.constant(texels as f64);
+fn first_centre<L: Lane>(place: L, texels: u32) -> L {
+    let size = place.constant(f64::from(texels));
     -(place.constant(0.5) - place * size).floor()
 }
 

@@ -25,6 +25,7 @@ DECLARED = [
 TYPES: dict[str, set[Any]] = {
     "flag": {bool},
     "count": {int},
+    "map_size": {int, tuple[int, int]},
     "number": {float},
     "lookup": set(FILTERS),
     "choice": set(),
@@ -88,12 +89,23 @@ def test_a_field_that_is_not_declared_fails():
         Coloured()
 
 
+SIZES = "texels from 1 to 32768, or (width, height) of such numbers"
 BAD: list[tuple[str, str, Any, type[Exception], str]] = [
-    ("uniform", "resolution", 0, ValueError, "a whole number of texels from 1 to 32768, got 0"),
-    ("uniform", "resolution", 10**30, ValueError, f"texels from 1 to 32768, got {10**30}"),
-    ("uniform", "resolution", 1.5, TypeError, "texels from 1 to 32768, got 1.5"),
-    ("uniform", "resolution", True, TypeError, "texels from 1 to 32768, got True"),
-    ("uniform", "resolution", [], TypeError, "texels from 1 to 32768, got []"),
+    ("uniform", "resolution", 0, ValueError, f"a whole number of {SIZES}, got 0"),
+    ("uniform", "resolution", 10**30, ValueError, f"{SIZES}, got {10**30}"),
+    ("uniform", "resolution", 1.5, TypeError, f"{SIZES}, got 1.5"),
+    ("uniform", "resolution", True, TypeError, f"{SIZES}, got True"),
+    ("uniform", "resolution", [], TypeError, f"{SIZES}, got []"),
+    ("uniform", "resolution", (64, 0), ValueError, f"{SIZES}, got (64, 0)"),
+    ("uniform", "resolution", (32769, 1), ValueError, f"{SIZES}, got (32769, 1)"),
+    ("uniform", "resolution", (10**30, 1), ValueError, f"{SIZES}, got ({10**30}, 1)"),
+    ("uniform", "resolution", (64, 32, 3), TypeError, f"{SIZES}, got (64, 32, 3)"),
+    ("uniform", "resolution", (64, 1.5), TypeError, f"{SIZES}, got (64, 1.5)"),
+    ("uniform", "resolution", (64, True), TypeError, f"{SIZES}, got (64, True)"),
+    ("uniform", "resolution", "64x32", TypeError, f"{SIZES}, got '64x32'"),
+    ("virtual", "resolution", (64, 32), ValueError, "one whole number of texels with method 'virt"),
+    ("exact", "resolution", (64, 32), TypeError, "texels from 1 to 4096 or None, got (64, 32)"),
+    ("rtw", "analysis_resolution", (64, 32), TypeError, "texels from 1 to 32768, got (64, 32)"),
     ("uniform", "bias", "much", ValueError, "'slope', 'receiver_plane', got 'much'"),
     ("uniform", "bias", 0.1, TypeError, "'slope', 'receiver_plane', got 0.1"),
     ("uniform", "slope_bias", None, TypeError, "a finite number, at least 0, got None"),

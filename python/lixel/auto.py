@@ -21,7 +21,15 @@ import numpy.typing as npt
 from ._core import DeviceError
 from .camera import Camera
 from .light import WITH_POSITION, Light
-from .methods import Auto, DesiredView, Exact, LightSpacePerspective, Method, RayTraced
+from .methods import (
+    Auto,
+    DesiredView,
+    Exact,
+    LightSpacePerspective,
+    Method,
+    RayTraced,
+    resolution_text,
+)
 from .scene import Scene
 
 if TYPE_CHECKING:
@@ -60,16 +68,14 @@ def error_bound(differing_count: int, covered: int) -> float:
     return float(fitted["share"] * (differing_count + fitted["slack"]) / max(covered, 1))
 
 
-def features(
-    triangles: int, pixels: int, resolution: int | None, *, by_rays: bool = False
-) -> list[float]:
+def features(triangles: int, pixels: int, texels: int, *, by_rays: bool = False) -> list[float]:
     """What a time is linear in: one, triangles, pixels and texels, in millions.
 
     A ray takes as long as its hierarchy is deep, so of rays it is pixels times that.
     """
     if by_rays:
         return [1.0, 0.0, 1e-6 * pixels * math.log2(triangles + 1), 0.0]
-    return [1.0, 1e-6 * triangles, 1e-6 * pixels, 1e-6 * (resolution or 0) ** 2]
+    return [1.0, 1e-6 * triangles, 1e-6 * pixels, 1e-6 * texels]
 
 
 def time_key(method: Method, light: Light) -> str:
@@ -84,7 +90,8 @@ def predicted_ms(
     """Milliseconds of a method after the visibility buffer is there, on the calibrated device."""
     times = model()["ms"]
     by_rays = isinstance(method, RayTraced)
-    known = features(triangles, pixels, method.map_resolution, by_rays=by_rays)
+    texels = math.prod(method.map_size or (0,))
+    known = features(triangles, pixels, texels, by_rays=by_rays)
     of_frame = float(np.dot(times[time_key(method, light)], known))
     # A scene that stays builds its hierarchy once, one that moves in every frame.
     if by_rays and is_moving:
@@ -111,7 +118,9 @@ class Trial:
 def spelled(method: Method) -> str:
     """Name and resolution."""
     resolution = method.map_resolution
-    return method.spelling if resolution is None else f"{method.spelling} {resolution}"
+    if resolution is None:
+        return method.spelling
+    return f"{method.spelling} {resolution_text(resolution)}"
 
 
 def choose(
@@ -202,7 +211,7 @@ class _Plan:
 
         self.predicted = predicted
         visibility = np.dot(
-            model()["ms"]["visibility"], features(scene.triangle_count, self.pixels, None)
+            model()["ms"]["visibility"], features(scene.triangle_count, self.pixels, 0)
         )
         # The visibility buffer is every method's.
         self.within = np.inf if wanted.max_ms is None else wanted.max_ms - float(visibility)

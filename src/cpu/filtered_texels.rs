@@ -4,6 +4,7 @@ use super::lanes::{dispatch, level};
 use super::map::Map;
 use super::warp_map::WarpMap;
 use crate::lanes::V2;
+use crate::map_size::MapSize;
 use crate::moments::FilteredMap;
 use crate::projection::Projection;
 use crate::warp::Warp;
@@ -60,7 +61,7 @@ impl FilteredTexels {
     ) -> Self {
         let depths = DepthRange::new(projection);
         let plain = Level::new(map, depths, filter);
-        let patches = Patches::new(plain.width, plain.height, warp.map(|map| &map.warp));
+        let patches = Patches::new(projection.size(), warp.map(|map| &map.warp));
         let weights = filter.kernel.weights(filter.blur);
         let mut levels = vec![match weights.len() {
             1 => plain,
@@ -224,17 +225,17 @@ struct Patches {
 }
 
 impl Patches {
-    fn new(width: usize, height: usize, warp: Option<&Warp>) -> Self {
+    fn new(size: MapSize, warp: Option<&Warp>) -> Self {
         let Some(warp) = warp.filter(|warp| warp.functions > 1) else {
-            let whole = |texels| iter::once(0..texels).collect();
+            let whole = |texels: u32| iter::once(0..texels as usize).collect();
             return Self {
-                columns: whole(width),
-                rows: vec![whole(height)],
+                columns: whole(size.width),
+                rows: vec![whole(size.height)],
             };
         };
         let patch = |row: usize, column: usize| {
             let functions = V2::new(row as f32, column as f32);
-            let [low, high] = warp.patch_of(functions, width);
+            let [low, high] = warp.patch_of(functions, size);
             let range = |low: f32, high: f32| low as usize..(high + 1.0) as usize;
             [range(low.x, high.x), range(low.y, high.y)]
         };

@@ -167,7 +167,8 @@ fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayT
         (painter, bins)
     });
     let painters: Vec<_> = painters.collect();
-    let tiling = painters[0].0.tiling;
+    // Faces of a cube have a size of their own.
+    let tiling = table.tiling();
     drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
         ids.fill(NONE);
         texels.fill(EMPTY);
@@ -236,7 +237,7 @@ type KnownNearness = Known<[f64; 4], 64>;
 impl Depths {
     pub fn new(projection: &Projection) -> Self {
         let kind = match projection.kind.matrices() {
-            None => DepthKind::Distance(f64::from(projection.width)),
+            None => DepthKind::Distance(f64::from(projection.size().longer())),
             Some(_) if projection.kind.is_central() => DepthKind::Central,
             Some([_, from_texel]) => {
                 let row = from_texel.row(2);

@@ -9,10 +9,11 @@ use super::rasterize::{Painter, Tile};
 use super::ray_bins::RayBin;
 use super::shapes::Shapes;
 use super::tile_rays::{Places, Taken, TileRays};
-use super::tiles::{BLOCKS, TILE, TILE_PIXELS};
+use super::tiles::{BLOCKS, TILE, TILE_PIXELS, Tiling};
 use super::view::{Nearness, View, cube_views};
 use super::warp_map::CpuWarp;
 use crate::lanes::{Each, V2, V3};
+use crate::map_size::MapSize;
 use crate::projection::Projection;
 use crate::sides::Source;
 use fearless_simd::prelude::*;
@@ -117,9 +118,9 @@ impl<'a> RayTable<'a> {
         let straightened = projection.kind.straightened(projection);
         let seen = straightened.as_ref().unwrap_or(projection);
         let faces = seen.homogeneous_rows().is_none().then(|| {
-            let resolution = projection.width as usize;
-            cube_views(projection.origin, light, resolution)
-                .map(|view| scaled(view, resolution))
+            let side = projection.size().longer() as usize;
+            cube_views(projection.origin, light, side)
+                .map(|view| scaled(view, side))
                 .collect()
         });
         (warp.is_some() || faces.is_some() || straightened.is_some()).then_some(Self {
@@ -128,6 +129,12 @@ impl<'a> RayTable<'a> {
             straightened,
             faces,
         })
+    }
+
+    /// Of the map.
+    pub fn tiling(&self) -> Tiling {
+        let MapSize { width, height } = self.projection.size();
+        Tiling::new(width as usize, height as usize)
     }
 
     /// Where the ray of a place in the map is in the view that sees it.
@@ -148,18 +155,19 @@ impl<'a> RayTable<'a> {
     /// The places of a tile's texels before the projection's own rays, in texels.
     #[inline(always)]
     fn linear_places<S: Simd>(&self, simd: S, (x, y): (usize, usize)) -> Places {
-        let size = self.projection.width as usize;
-        let last = splat(simd, size as f32 - 1.0);
+        let size = self.projection.size();
+        let last = [size.width, size.height].map(|texels| splat(simd, texels as f32 - 1.0));
         let mut places = [[0.0; TILE_PIXELS]; 2];
         for first in (0..TILE_PIXELS).step_by(LANES) {
             let (column, row) = (x + first % TILE, y + first / TILE);
             let texel = V2::new(numbers(simd) + column as f32, splat(simd, row as f32));
-            let texel = texel.map(|texel| texel.min(last));
-            let (linear, scale) = match self.warp {
-                None => (texel.map(|texel| texel + 0.5), 1.0),
-                Some(warp) => (warp.linear_from_texel(size, texel), size as f64),
+            let texel = V2::new(texel.x.min(last[0]), texel.y.min(last[1]));
+            let (linear, scales) = match self.warp {
+                None => (texel.map(|texel| texel + 0.5), DVec2::ONE),
+                Some(warp) => (warp.linear_from_texel(size, texel), size.texels()),
             };
-            for (places, linear) in places.iter_mut().zip([linear.x, linear.y]) {
+            let along_axes = [(linear.x, scales.x), (linear.y, scales.y)];
+            for (places, (linear, scale)) in places.iter_mut().zip(along_axes) {
                 let linear: [f32; LANES] = linear.into();
                 let place = f64x8::simd_from(simd, linear.map(f64::from)) * scale;
                 place.store_slice(&mut places[first..first + LANES]);
@@ -178,8 +186,8 @@ impl<'a> RayTable<'a> {
         rays: &mut TileRays,
         mut draw: impl FnMut(usize, &TileRays, &Taken),
     ) {
-        let size = self.projection.width as usize;
-        let inside = Taken::inside(corner, (size, size));
+        let tiling = self.tiling();
+        let inside = Taken::inside(corner, (tiling.width, tiling.height));
         let mut places = self.linear_places(simd, corner);
         let Some(faces) = &self.faces else {
             if self.straightened.is_some() {
@@ -232,9 +240,9 @@ fn face_of(direction: DVec3) -> usize {
 }
 
 /// A face of a cube, from -1 to 1 along its sides, with so many columns and rows.
-fn scaled(view: View, resolution: usize) -> View {
+fn scaled(view: View, side: usize) -> View {
     let [x, y, ahead] = view.rows;
-    let half = 0.5 * resolution as f64;
+    let half = 0.5 * side as f64;
     debug_assert_eq!(view.nearness, Nearness::Inverse);
     View {
         rows: [(x + ahead) * half, (y + ahead) * half, ahead],

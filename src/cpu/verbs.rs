@@ -30,6 +30,7 @@ use crate::fits::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
 use crate::fits::samples::{SampledReceivers, coarse_camera, first_sample, stride};
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
 use crate::map_settings::{MapSettings, Rasterization};
+use crate::map_size::MapSize;
 use crate::moments::FilteredMap;
 use crate::paging::Paging;
 use crate::projection::Projection;
@@ -369,7 +370,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
         Ok(())
     }
 
-    fn warp(&mut self, functions: u32, cells: u32, _: u32) -> Result<CpuWarp> {
+    fn warp(&mut self, functions: u32, cells: u32, _: MapSize) -> Result<CpuWarp> {
         Ok(Warping::Functions(WarpMap::new(functions, cells)))
     }
 
@@ -377,7 +378,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
         &mut self,
         warp: &mut CpuWarp,
         axis: Axis,
-        _: u32,
+        _: MapSize,
         counts: &ImportanceMap<Words>,
         fit: CountFit,
     ) -> Result<()> {
@@ -389,7 +390,7 @@ impl<'a> Verbs<'a> for Frame<'a> {
         &mut self,
         warp: &mut CpuWarp,
         axis: Axis,
-        _: u32,
+        _: MapSize,
         importance: &ImportanceMap<Words>,
         sigma: f64,
     ) -> Result<()> {
@@ -403,9 +404,9 @@ impl<'a> Verbs<'a> for Frame<'a> {
         fitted(warp).warp.values.copy_from_slice(values);
     }
 
-    fn sampled_warp(&mut self, table: &Table, resolution: u32) -> Result<CpuWarp> {
+    fn sampled_warp(&mut self, table: &Table, size: MapSize) -> Result<CpuWarp> {
         Ok(self.timed(WARP_LABEL, |_| {
-            Warping::Samples(SampledWarp::new(table, resolution))
+            Warping::Samples(SampledWarp::new(table, size))
         }))
     }
 
@@ -417,8 +418,8 @@ impl<'a> Verbs<'a> for Frame<'a> {
         Ok(functions_of(Some(warp)).expect("no table").clone())
     }
 
-    fn finish_warp(&mut self, warp: &mut CpuWarp, resolution: u32) {
-        self.timed(WARP_LABEL, |_| fitted(warp).finish(resolution));
+    fn finish_warp(&mut self, warp: &mut CpuWarp, size: MapSize) {
+        self.timed(WARP_LABEL, |_| fitted(warp).finish(size));
     }
 }
 

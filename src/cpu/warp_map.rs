@@ -3,6 +3,7 @@
 use super::importance_map::Words;
 use crate::importance::ImportanceMap;
 use crate::lanes::{Lane, V2};
+use crate::map_size::MapSize;
 use crate::warp::{Axis, CountFit, Warp, Warping, blur_within};
 use rayon::prelude::*;
 
@@ -16,22 +17,22 @@ const STRIP: usize = 16;
 pub type CpuWarp = Warping<WarpMap>;
 
 impl CpuWarp {
-    /// Linear map coordinates of the centre of a texel, of so many along each side.
+    /// Linear map coordinates of the centre of a texel of a map.
     #[inline(always)]
-    pub fn linear_from_texel<L: Lane>(&self, texels: usize, texel: V2<L>) -> V2<L> {
+    pub fn linear_from_texel<L: Lane>(&self, size: MapSize, texel: V2<L>) -> V2<L> {
         match self {
             Self::Functions(WarpMap { warp, inverses }) => {
-                warp.linear_from_texel(inverses, texels, texel)
+                warp.linear_from_texel(inverses, size, texel)
             }
             Self::Samples(samples) => samples.linear_from_texel(texel),
         }
     }
 }
 
-/// A warp, and where each of its functions takes on the centres of a map's texels.
+/// A warp, and where each of its functions, along x and along y, takes on the centres of a map's texels.
 pub struct WarpMap {
     pub warp: Warp,
-    pub inverses: Vec<f32>,
+    pub inverses: [Vec<f32>; 2],
 }
 
 impl WarpMap {
@@ -45,7 +46,7 @@ impl WarpMap {
                 boundaries: cells as usize + 1,
                 values: identity.repeat(2 * functions as usize),
             },
-            inverses: Vec::new(),
+            inverses: [vec![], vec![]],
         }
     }
 
@@ -107,8 +108,8 @@ impl WarpMap {
     }
 
     /// The inverses, once the functions along both axes are there.
-    pub fn finish(&mut self, texels: u32) {
-        self.inverses = self.warp.inverses(texels as usize);
+    pub fn finish(&mut self, size: MapSize) {
+        self.inverses = self.warp.inverses(size);
     }
 }
 

@@ -4,11 +4,12 @@ use super::central::{cone_layer, cube_faces, fit_box, fit_square};
 use super::layer::Layer;
 use super::parallel::{self, projected_box};
 use super::receivers::{Corners, OutlinePoints, ReceiverQueries, Setting};
-use super::rotation::{Rotation, turned};
+use super::rotation::{Rotation, laid_lengthwise, turned};
 use super::snapping::snapped;
 use super::source::Source;
 use crate::error::Result;
 use crate::geometry::smallest_rectangle;
+use crate::map_size::MapSize;
 use crate::projection::Projection;
 use crate::region::Region;
 use crate::rounding::{RECEIVER_ROUNDING, ROUNDING};
@@ -53,7 +54,7 @@ pub fn fit_boxes(
     receivers: &mut dyn ReceiverQueries<'_>,
     turn: Turn,
     cut: Cut,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let rotation = match turn {
         Turn::Still(rotation) => rotation,
@@ -73,17 +74,17 @@ pub fn fit_boxes(
         };
         layer.projection = turned(&layer.projection, direction);
     }
-    cut_layers(receivers, layers, cut, resolution)
+    cut_layers(receivers, layers, cut, size)
 }
 
 /// The same, not turned, but all of them with straight edges: a cone that is too wide for one perspective takes faces
 /// of a cube.
 pub fn fit_straight_boxes(
     receivers: &mut dyn ReceiverQueries<'_>,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let layers = straight_layers(receivers.setting());
-    cut_layers(receivers, layers, Cut::Receivers, resolution)
+    cut_layers(receivers, layers, Cut::Receivers, size)
 }
 
 /// The light's own layers, given by their axes, where all of them have straight edges, else faces of a cube.
@@ -137,10 +138,10 @@ pub fn cut_layers(
     receivers: &mut dyn ReceiverQueries<'_>,
     layers: Vec<Layer>,
     cut: Cut,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let boxes = receivers.bounds(&layers)?;
-    Ok(boxed_layers(receivers, layers, boxes, cut, resolution))
+    Ok(boxed_layers(receivers, layers, boxes, cut, size))
 }
 
 /// The same, with the boxes of the layers' receivers.
@@ -149,7 +150,7 @@ pub fn boxed_layers(
     layers: Vec<Layer>,
     boxes: Vec<Option<Corners>>,
     cut: Cut,
-    resolution: u32,
+    size: MapSize,
 ) -> Vec<Layer> {
     let setting = receivers.setting();
     let leaves_out = receivers.leaves_out_empty_layers();
@@ -160,9 +161,16 @@ pub fn boxed_layers(
             receivers.skip_layer();
             continue;
         };
+        // A map whose texels hold still lies as the scene does, which holds still, too.
+        let (low, high) = match cut {
+            Cut::Receivers => corners,
+            Cut::Whole | Cut::Snapped => whole(),
+        };
+        let sides = (high - low).truncate();
+        let (projection, corners) = laid_lengthwise(&projection, corners, sides, size);
         let projection = match projection.kind.is_central() {
-            false => parallel_box(setting, &projection, corners, cut, resolution),
-            true => central_map(setting, &projection, &region, corners, cut, resolution),
+            false => parallel_box(setting, &projection, corners, cut, size),
+            true => central_map(setting, &projection, &region, corners, cut, size),
         };
         fitted.push(Layer { projection, region });
     }
@@ -183,7 +191,7 @@ fn parallel_box(
     axes: &Projection,
     (low, high): Corners,
     cut: Cut,
-    resolution: u32,
+    size: MapSize,
 ) -> Projection {
     let casters = projected_box(axes, setting.scene.bounds());
     // How far a receiver may lie outside the box that float32 found: the box is relative to the eye.
@@ -199,11 +207,11 @@ fn parallel_box(
         };
         let origin = -axes.texel_from_point(still).truncate();
         let place = |corner: DVec3| corner.truncate() + origin;
-        let sides = snapped((place(low), place(high)), resolution);
+        let sides = snapped((place(low), place(high)), size);
         low = (sides.0 - origin).extend(low.z);
         high = (sides.1 - origin).extend(high.z);
     }
-    parallel::fit_box(axes, (low, high), casters.0.z - rounding, resolution)
+    parallel::fit_box(axes, (low, high), casters.0.z - rounding, size)
 }
 
 /// How far a receiver may be from the middle of the plane of central axes. The unit square holds a pyramid or half of
@@ -221,7 +229,7 @@ fn central_map(
     region: &Region,
     corners: Corners,
     cut: Cut,
-    resolution: u32,
+    size: MapSize,
 ) -> Projection {
     let widest = widest_place(setting, axes, region);
     let distances = (setting.camera.eye - axes.origin).length() + corners.1.z;
@@ -229,13 +237,13 @@ fn central_map(
     match cut {
         Cut::Whole => {
             let far = (corners.1.z + rounding).min(axes.far);
-            fit_square(axes, 1.001 * widest, far, resolution)
+            fit_square(axes, 1.001 * widest, far, size)
         }
         // The square may be turned.
         Cut::Receivers | Cut::Snapped => {
             let widest = 1.001 * SQRT_2 * widest;
             let snaps = cut == Cut::Snapped;
-            fit_box(axes, corners, widest, resolution, rounding, snaps)
+            fit_box(axes, corners, widest, size, rounding, snaps)
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::camera::Rays;
 use crate::error::Result;
 use crate::frustum::visible_part;
 use crate::geometry::bounds_of;
+use crate::map_size::MapSize;
 use crate::projection::Projection;
 use crate::region::{HalfSpace, Region};
 
@@ -60,13 +61,13 @@ pub struct Slabs {
 pub fn fit_cascades(
     receivers: &mut dyn ReceiverQueries<'_>,
     slabs: Slabs,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     let cut = Cut::Receivers.snapped_where(slabs.snaps);
     let layers = rotated_layers(setting, slabs.rotation);
     let [axes] = &layers[..] else {
-        return cut_layers(receivers, layers, cut, resolution);
+        return cut_layers(receivers, layers, cut, size);
     };
     let depths = split_depths(receivers, slabs)?;
     let layers = slab_layers(setting, &axes.projection, &depths);
@@ -82,7 +83,7 @@ pub fn fit_cascades(
             *own = own.map(|_| slab_box(setting, &axes.projection, (slab[0], slab[1])));
         }
     }
-    Ok(boxed_layers(receivers, layers, boxes, cut, resolution))
+    Ok(boxed_layers(receivers, layers, boxes, cut, size))
 }
 
 /// Around the corners of the view frustum between two depths.

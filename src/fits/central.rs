@@ -7,6 +7,7 @@ use super::snapping::snapped;
 use crate::camera::Camera;
 use crate::geometry::farthest_in_box;
 use crate::light::Cone;
+use crate::map_size::MapSize;
 use crate::projection::{Kind, Paraboloid, Perspective, Projection};
 use crate::region::{HalfSpace, Region};
 use glam::{DMat3, DVec2, DVec3};
@@ -99,14 +100,14 @@ pub fn cone_layer(position: DVec3, cone: Cone, scene: (DVec3, DVec3)) -> Layer {
     Layer::everywhere(axes_for_scene(kind, position, cone.axis, scene))
 }
 
-/// The map whose sides are the box's, `resolution` texels each; (x, y) in the plane of the axes, which
+/// The map whose sides are the box's; (x, y) in the plane of the axes, which
 /// no receiver leaves by more than `widest`, and depth. Nothing is stored behind the far side. Texels hold
 /// still where `snaps`.
 pub fn fit_box(
     axes: &Projection,
     (low, high): (DVec3, DVec3),
     widest: f64,
-    resolution: u32,
+    size: MapSize,
     rounding: f64,
     snaps: bool,
 ) -> Projection {
@@ -118,32 +119,32 @@ pub fn fit_box(
     let low_place = low.truncate().clamp(-limit, limit) - room;
     let high_place = high.truncate().clamp(-limit, limit) + room;
     let (low_place, high_place) = match snaps {
-        true => snapped((low_place, high_place), resolution),
+        true => snapped((low_place, high_place), size),
         false => (low_place, high_place),
     };
     let middle = 0.5 * (low_place + high_place);
-    let texels_per_unit = f64::from(resolution) / (high_place - low_place);
+    let texels_per_unit = size.texels() / (high_place - low_place);
     let far = (high.z + rounding).clamp(axes.near, axes.far);
-    sized(axes, middle, texels_per_unit, resolution, far)
+    sized(axes, middle, texels_per_unit, size, far)
 }
 
 /// The map over the square around the axes, `widest` from its middle to its sides.
-pub fn fit_square(axes: &Projection, widest: f64, far: f64, resolution: u32) -> Projection {
-    let texels_per_unit = DVec2::splat(0.5 * f64::from(resolution) / widest);
-    sized(axes, DVec2::ZERO, texels_per_unit, resolution, far)
+pub fn fit_square(axes: &Projection, widest: f64, far: f64, size: MapSize) -> Projection {
+    let texels_per_unit = size.middle() / widest;
+    sized(axes, DVec2::ZERO, texels_per_unit, size, far)
 }
 
 fn sized(
     axes: &Projection,
     middle: DVec2,
     texels_per_unit: DVec2,
-    resolution: u32,
+    size: MapSize,
     far: f64,
 ) -> Projection {
     Projection {
         near: NEAR_SHARE * far,
         far,
-        ..axes.around(middle, texels_per_unit, resolution)
+        ..axes.around(middle, texels_per_unit, size)
     }
 }
 
@@ -207,6 +208,10 @@ mod tests {
     use glam::EulerRot;
 
     const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
+    const SIZE: MapSize = MapSize {
+        width: 512,
+        height: 128,
+    };
 
     #[test]
     fn faces_and_hemispheres_cover_every_direction_once_but_at_borders() {
@@ -240,14 +245,11 @@ mod tests {
         for kind in [Kind::from(Perspective), Paraboloid::UNIT.into()] {
             let axes = axes_for_scene(kind, DVec3::ONE, DVec3::NEG_Y, SCENE);
             let corners = (DVec3::new(-0.25, 0.1, 2.0), DVec3::new(0.5, 0.3, 4.0));
-            let map = fit_box(&axes, corners, 1.0, 512, 1e-6, false);
-            for (corner, texel) in [(corners.0, 0.0), (corners.1, 512.0)] {
+            let map = fit_box(&axes, corners, 1.0, SIZE, 1e-6, false);
+            for (corner, texel) in [(corners.0, DVec2::ZERO), (corners.1, SIZE.texels())] {
                 let (start, ray) = axes.ray_from_texel(corner.truncate());
                 let there = map.texel_from_point(start + ray * corner.z);
-                assert!(
-                    (there.truncate() - DVec2::splat(texel)).length() < 0.1,
-                    "{there}"
-                );
+                assert!((there.truncate() - texel).length() < 0.1, "{there}");
                 assert!(there.z >= map.near && there.z <= map.far);
             }
         }

@@ -1,13 +1,14 @@
 //! Views, lights and samples that tests of fits share.
 
-use super::hull::{Hull, MapSize};
+use super::hull::{Hull, MapFrame};
 use super::light_rays::{RayBundle, Sample};
 use crate::camera::Camera;
+use crate::map_size::MapSize;
 use glam::{DMat4, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-pub const SIZE: MapSize = MapSize {
-    resolution: 400,
+pub const FRAME: MapFrame = MapFrame {
+    size: MapSize::square(400),
     margin: 0.01,
 };
 

@@ -6,6 +6,7 @@ use super::receivers::{ReceiverQueries, Setting};
 use super::samples::SampledReceivers;
 use crate::error::{Result, ensure_value};
 use crate::geometry::box_corners;
+use crate::map_size::MapSize;
 use crate::projection::{Parallel, Projection};
 use crate::region::{HalfSpace, Region};
 use glam::{DMat4, DVec2, DVec3, DVec4};
@@ -40,7 +41,7 @@ const EVEN: f64 = 1e-12;
 pub fn fit_given(
     receivers: &mut dyn ReceiverQueries<'_>,
     given: &GivenLayers,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     if given.matrices.is_empty() {
         return Ok(vec![]);
@@ -69,8 +70,8 @@ pub fn fit_given(
             !points.is_empty(),
             "{name} must have w, its last row, above 0 somewhere in the scene: all of it is behind the map's horizon"
         );
-        let rows = texel_rows(*matrix, resolution);
-        let projection = even(projection(setting, rows, &points, resolution));
+        let rows = texel_rows(*matrix, size);
+        let projection = even(projection(setting, rows, &points, size));
         layers.push(Layer { projection, region });
     }
     if layers.len() > 1 && receivers.leaves_out_empty_layers() {
@@ -89,10 +90,10 @@ pub fn fit_given(
 }
 
 /// Rows x, y and w of a matrix in texels from the middle of the map.
-fn texel_rows(matrix: DMat4, resolution: u32) -> [DVec4; 3] {
+fn texel_rows(matrix: DMat4, size: MapSize) -> [DVec4; 3] {
     let [x, y, w] = [0, 1, 3].map(|i| matrix.row(i));
-    let side = f64::from(resolution);
-    [(x - w * 0.5) * side, (y - w * 0.5) * side, w]
+    let texels = size.texels();
+    [(x - w * 0.5) * texels.x, (y - w * 0.5) * texels.y, w]
 }
 
 /// Refuses a matrix that is none of the light's.

@@ -2,6 +2,7 @@
 
 use super::light_matrix::{LightMatrix, product};
 use crate::geometry::{bounds_of_places, convex_hull, range_of};
+use crate::map_size::MapSize;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// The rays that a map must hold, as the corners of their convex hull in the plane of an axis.
@@ -52,7 +53,7 @@ impl Hull {
 
     /// `focus * view`: the map is the smallest parallelogram that the paper finds around the hull, seen along an
     /// optical axis. `None` where the hull crosses the axis' horizon.
-    pub fn focused_along(&self, optical_axis: DVec3, size: MapSize) -> Option<LightMatrix> {
+    pub fn focused_along(&self, optical_axis: DVec3, frame: MapFrame) -> Option<LightMatrix> {
         // The rotation that takes the optical axis to the third coordinate.
         let [x, y] = across(optical_axis);
         let view = LightMatrix {
@@ -61,22 +62,21 @@ impl Hull {
             w: optical_axis,
         };
         let parallelogram = smallest_parallelogram(&self.places(view)?);
-        Some(parallelogram.focus(view, size))
+        Some(parallelogram.focus_lengthwise(view, frame))
     }
 
     /// `focus * view`: the map is the box around the hull along the rows of a view. `None` where the hull crosses its
     /// horizon.
-    pub fn boxed(&self, view: LightMatrix, size: MapSize) -> Option<LightMatrix> {
+    pub fn boxed(&self, view: LightMatrix, frame: MapFrame) -> Option<LightMatrix> {
         let places = self.places(view)?;
-        Some(Parallelogram::around(&places, DVec2::X, 0.0).focus(view, size))
+        Some(Parallelogram::around(&places, DVec2::X, 0.0).focus(view, frame))
     }
 }
 
 /// What a map is fitted into.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MapSize {
-    /// Texels along each side.
-    pub resolution: u32,
+pub struct MapFrame {
+    pub size: MapSize,
     /// By how much of its size the frame is widened.
     pub margin: f64,
 }
@@ -148,12 +148,24 @@ impl Parallelogram {
         self.half.x * self.half.y
     }
 
+    /// The same with its longer side along the longer one of the map: "to handle shadow maps that do not have aspect
+    /// ratios of one, we make sure to map the longer side of the min-area rectangle to the dimension of the shadow map
+    /// with more samples" (the paper's section 2.4). Of a leaning one the sides are those of its rectangle.
+    fn focus_lengthwise(&self, view: LightMatrix, frame: MapFrame) -> LightMatrix {
+        if !frame.size.lies_across(self.half) {
+            return self.focus(view, frame);
+        }
+        let size = frame.size.transposed();
+        let LightMatrix { x, y, w } = self.focus(view, MapFrame { size, ..frame });
+        LightMatrix { x: y, y: -x, w }
+    }
+
     /// `focus * view`: makes the parallelogram the map.
-    fn focus(&self, view: LightMatrix, size: MapSize) -> LightMatrix {
+    fn focus(&self, view: LightMatrix, frame: MapFrame) -> LightMatrix {
         // A hull without a width gets one.
         let least = 1e-6 * (1.0 + self.half.max_element());
-        let half = (self.half * (1.0 + size.margin)).max(DVec2::splat(least));
-        let texels_per_unit = 0.5 * f64::from(size.resolution) / half;
+        let half = (self.half * (1.0 + frame.margin)).max(DVec2::splat(least));
+        let texels_per_unit = frame.size.middle() / half;
         let DVec2 { x, y } = self.axis;
         // The first side lies along the rows of the map.
         let turn = DMat3::from_cols(DVec3::new(x, -y, 0.0), DVec3::new(y, x, 0.0), DVec3::Z);
@@ -210,7 +222,7 @@ const MAX_SHEAR: f64 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fits::fixtures::SIZE;
+    use crate::fits::fixtures::FRAME;
 
     #[test]
     fn parallelogram_leans_with_the_points() {
@@ -218,7 +230,7 @@ mod tests {
         let frame = smallest_parallelogram(&convex_hull(&points));
         assert!((4.0 * frame.area() - 8.0).abs() < 1e-12);
         let view = LightMatrix::from(DMat3::IDENTITY);
-        let matrix = frame.focus(view, SIZE);
+        let matrix = frame.focus(view, FRAME);
         for point in points {
             let place = matrix.place(point.extend(1.0)).abs();
             assert!((place - 200.0 / 1.01).length() < 1e-9, "{place}");
@@ -232,7 +244,7 @@ mod tests {
                 .into_iter()
                 .take(corners);
             let hull = Hull::new(DVec3::Z, corners).unwrap();
-            let matrix = hull.focused_along(DVec3::Z, SIZE).unwrap();
+            let matrix = hull.focused_along(DVec3::Z, FRAME).unwrap();
             assert!(matrix.matrix().is_finite());
             for corner in &hull.corners {
                 assert!(matrix.place(*corner).abs().max_element() <= 200.0);
@@ -240,6 +252,33 @@ mod tests {
         }
         assert_eq!(Hull::new(DVec3::Z, std::iter::empty()), None);
         assert_eq!(Hull::new(DVec3::Z, [DVec3::NEG_Z].into_iter()), None);
+    }
+
+    /// Chong and Gortler, section 2.4.
+    #[test]
+    fn the_longer_side_of_the_rectangle_lies_along_the_more_texels() {
+        let axis = DVec2::from_angle(0.4);
+        let corners = [(0.0, 0.0), (7.0, 0.0), (7.0, 2.0), (0.0, 2.0)];
+        let corners = corners.map(|(x, y)| axis * x + axis.perp() * y);
+        let hull = Hull::new(DVec3::Z, corners.map(|c| c.extend(10.0)).into_iter()).unwrap();
+        for (width, height) in [(400, 100), (100, 400), (200, 200)] {
+            let size = MapSize { width, height };
+            let frame = MapFrame { size, margin: 0.0 };
+            let matrix = hull.focused_along(DVec3::Z, frame).unwrap();
+            let places = corners.map(|corner| matrix.place(corner.extend(10.0)));
+            for place in places {
+                assert!((place.abs() - size.middle()).length() < 1e-9, "{place}");
+            }
+            // No map is a mirror image.
+            let [long, short] = [places[1] - places[0], places[3] - places[0]];
+            assert!(long.perp_dot(short) * axis.perp_dot(axis.perp()) > 0.0);
+            let along = if long.x.abs() > long.y.abs() {
+                width
+            } else {
+                height
+            };
+            assert!(along == size.longer(), "{size} {long}");
+        }
     }
 
     #[test]

@@ -11,10 +11,13 @@ use super::central::{
 use super::layer::Layer;
 use super::parallel::{self, axes_at, projected_box};
 use super::receivers::{OutlinePoints, ReceiverQueries, Setting};
-use super::rotation::{cheapest, paraboloid_off_edges, quarter_in, turned, turned_place};
+use super::rotation::{
+    cheapest, laid_lengthwise, paraboloid_off_edges, quarter_in, turned, turned_place,
+};
 use crate::camera::Camera;
 use crate::error::Result;
 use crate::geometry::{bounds_of, smallest_rectangle};
+use crate::map_size::MapSize;
 use crate::projection::{Paraboloid, Projection};
 use crate::rounding::{RECEIVER_ROUNDING, ROUNDING};
 use glam::{DVec2, DVec3};
@@ -63,25 +66,22 @@ pub fn fit_improved_paraboloid(
     receivers: &mut dyn ReceiverQueries<'_>,
     zoom: Zoom,
     splitting: Splitting,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     match (setting.near_position(), zoom) {
-        (Some(light), Zoom::Frustum) => fit_frustum(receivers, light, splitting, resolution),
+        (Some(light), Zoom::Frustum) => fit_frustum(receivers, light, splitting, size),
         (Some(light), Zoom::Cone | Zoom::Receivers) => {
-            fit_receivers(receivers, light, (zoom, splitting), resolution)
+            fit_receivers(receivers, light, (zoom, splitting), size)
         }
-        (None, Zoom::Frustum) => fit_distant_frustum(receivers, resolution),
+        (None, Zoom::Frustum) => fit_distant_frustum(receivers, size),
         (None, Zoom::Cone) => {
             let layer = parallel_layer(setting);
-            cut_layers(receivers, vec![layer], Cut::Receivers, resolution)
+            cut_layers(receivers, vec![layer], Cut::Receivers, size)
         }
-        (None, Zoom::Receivers) => fit_boxes(
-            receivers,
-            Turn::SmallestRectangle,
-            Cut::Receivers,
-            resolution,
-        ),
+        (None, Zoom::Receivers) => {
+            fit_boxes(receivers, Turn::SmallestRectangle, Cut::Receivers, size)
+        }
     }
 }
 
@@ -118,7 +118,7 @@ fn fit_frustum(
     receivers: &mut dyn ReceiverQueries<'_>,
     light: DVec3,
     splitting: Splitting,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let Some(depths) = depth_range(receivers)? else {
         return Ok(vec![]);
@@ -130,11 +130,11 @@ fn fit_frustum(
     if is_in_frustum(camera, light, depths) || zoom_factor > WIDEST {
         let to_view = (splitting == Splitting::View).then_some(cone.axis);
         let halves = halves_of_light(setting, light, to_view);
-        return cut_layers(receivers, halves, Cut::Whole, resolution);
+        return cut_layers(receivers, halves, Cut::Whole, size);
     }
     let axes = axes_for_scene(Paraboloid::UNIT, light, cone.axis, scene.bounds());
     let far = (cone.farthest * (1.0 + 1e-6)).min(axes.far);
-    let projection = fit_square(&axes, 1.001 * zoom_factor, far, resolution);
+    let projection = fit_square(&axes, 1.001 * zoom_factor, far, size);
     Ok(vec![Layer::everywhere(projection)])
 }
 
@@ -186,7 +186,7 @@ fn fit_receivers(
     receivers: &mut dyn ReceiverQueries<'_>,
     light: DVec3,
     (zoom, splitting): (Zoom, Splitting),
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let Setting { scene, camera, .. } = receivers.setting();
     let axes_along = |axis| axes_for_scene(Paraboloid::UNIT, light, axis, scene.bounds());
@@ -210,7 +210,7 @@ fn fit_receivers(
     let axes = match zoom {
         Zoom::Frustum | Zoom::Cone => turned_to_smallest_square(&axes_along(axis), &directions),
         Zoom::Receivers => {
-            let finest = finest_axes(axes_along, axis, tried, &directions);
+            let finest = finest_axes(axes_along, axis, tried, &directions, size);
             let axes = finest.unwrap_or_else(|| axes_along(axis));
             paraboloid_off_edges(scene, &axes, &directions)
         }
@@ -218,7 +218,7 @@ fn fit_receivers(
     // Some receivers often tell that one map does not hold them all.
     let is_outside = |place: &DVec2| place.abs().max_element() > widest_allowed;
     if places_of(&axes, &directions).iter().any(is_outside) {
-        return fit_halves(receivers, (light, splitting), &directions, resolution);
+        return fit_halves(receivers, (light, splitting), &directions, size);
     }
     let layer = Layer::everywhere(axes);
     let Some(corners) = receivers.bounds(std::slice::from_ref(&layer))?[0] else {
@@ -228,7 +228,7 @@ fn fit_receivers(
     let outermost = corners.0.truncate().abs().max(corners.1.truncate().abs());
     let widest = outermost.max_element();
     if widest > widest_allowed {
-        return fit_halves(receivers, (light, splitting), &directions, resolution);
+        return fit_halves(receivers, (light, splitting), &directions, size);
     }
     let distances = (camera.eye - light).length() + corners.1.z;
     let rounding = RECEIVER_ROUNDING * distances;
@@ -236,9 +236,13 @@ fn fit_receivers(
         Zoom::Frustum | Zoom::Cone => {
             let far = (corners.1.z + rounding).min(axes.far);
             let room = (rounding / corners.0.z.max(axes.near)).clamp(1e-7, 1e-3);
-            fit_square(&axes, widest + room, far, resolution)
+            fit_square(&axes, widest + room, far, size)
         }
-        Zoom::Receivers => fit_box(&axes, corners, widest_allowed, resolution, rounding, false),
+        Zoom::Receivers => {
+            let sides = (corners.1 - corners.0).truncate();
+            let (axes, corners) = laid_lengthwise(&axes, corners, sides, size);
+            fit_box(&axes, corners, widest_allowed, size, rounding, false)
+        }
     };
     Ok(vec![Layer::everywhere(projection)])
 }
@@ -248,7 +252,7 @@ fn fit_halves(
     receivers: &mut dyn ReceiverQueries<'_>,
     (light, splitting): (DVec3, Splitting),
     directions: &[DVec3],
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     let mut halves = split_halves(receivers, light, splitting)?;
@@ -258,7 +262,7 @@ fn fit_halves(
         let own: Vec<_> = own.copied().collect();
         half.projection = paraboloid_off_edges(setting.scene, axes, &own);
     }
-    cut_layers(receivers, halves, Cut::Receivers, resolution)
+    cut_layers(receivers, halves, Cut::Receivers, size)
 }
 
 /// The axes, turned so that the square around them that holds the directions is the smallest: down to 1 / sqrt(2)
@@ -288,6 +292,7 @@ fn finest_axes(
     first: DVec3,
     count: u32,
     directions: &[DVec3],
+    size: MapSize,
 ) -> Option<Projection> {
     let step = (directions.len() * count as usize)
         .div_ceil(MAX_TRIALS)
@@ -307,7 +312,9 @@ fn finest_axes(
             angles += 2.0 / (1.0 + squared);
         }
         let rectangle = smallest_rectangle(&places)?;
-        let width = rectangle.half.x + rectangle.half.y;
+        // Around a texel, whose sides follow from the map's: its longer one lies along the longer one of the rectangle.
+        let longer = rectangle.half.max_element() / size.aspect().max(size.aspect().recip());
+        let width = longer + rectangle.half.min_element();
         Some((width * angles, turned(&axes, rectangle.axis)))
     });
     // In their order, so that the first of several is the same at every run.
@@ -327,7 +334,7 @@ fn spiral_direction(i: u32, count: u32) -> DVec3 {
 /// `fit_frustum` with the light at infinity: its cone becomes a cylinder, its paraboloid a plane.
 fn fit_distant_frustum(
     receivers: &mut dyn ReceiverQueries<'_>,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let Some(depths) = depth_range(receivers)? else {
         return Ok(vec![]);
@@ -347,7 +354,7 @@ fn fit_distant_frustum(
     let casters = projected_box(&axes, scene.bounds());
     let rounding = ROUNDING * low.abs().max(high.abs()).length();
     let corners = (corners.0 - rounding, corners.1 + rounding);
-    let projection = parallel::fit_box(&axes, corners, casters.0.z - rounding, resolution);
+    let projection = parallel::fit_box(&axes, corners, casters.0.z - rounding, size);
     Ok(vec![Layer::everywhere(projection)])
 }
 
@@ -357,6 +364,7 @@ mod tests {
     use glam::DMat4;
 
     const SCENE: (DVec3, DVec3) = (DVec3::splat(-10.0), DVec3::splat(10.0));
+    const SIZE: MapSize = MapSize::square(64);
 
     fn axes_along(axis: DVec3) -> Projection {
         axes_for_scene(Paraboloid::UNIT, DVec3::ONE, axis, SCENE)
@@ -410,7 +418,7 @@ mod tests {
             })
             .collect();
         let cone = smallest_cone_axis(&directions).unwrap();
-        let finest = finest_axes(axes_along, cone, AXES, &directions).unwrap();
+        let finest = finest_axes(axes_along, cone, AXES, &directions, SIZE).unwrap();
         // Angle of a texel of a map that is cut to them.
         let mean_angle = |axes: &Projection| {
             let places = directions
@@ -443,7 +451,7 @@ mod tests {
     #[test]
     fn no_paraboloid_holds_all_directions() {
         let directions: Vec<_> = (0..300).map(|i| spiral_direction(i, 300)).collect();
-        assert!(finest_axes(axes_along, DVec3::X, AXES, &directions).is_none());
-        assert!(finest_axes(axes_along, DVec3::X, AXES, &[DVec3::NEG_X]).is_some());
+        assert!(finest_axes(axes_along, DVec3::X, AXES, &directions, SIZE).is_none());
+        assert!(finest_axes(axes_along, DVec3::X, AXES, &[DVec3::NEG_X], SIZE).is_some());
     }
 }

@@ -1,5 +1,6 @@
 //! A layer of a shadow map: what a fit makes.
 
+use crate::map_size::MapSize;
 use crate::projection::Projection;
 use crate::region::Region;
 
@@ -19,10 +20,15 @@ impl Layer {
         }
     }
 
-    /// The same layer in another number of texels along each side.
-    pub fn with_resolution(&self, resolution: u32) -> Self {
+    /// The same layer in a square of texels.
+    pub fn with_resolution(&self, side: u32) -> Self {
+        self.with_size(MapSize::square(side))
+    }
+
+    /// The same layer in another number of texels.
+    pub fn with_size(&self, size: MapSize) -> Self {
         Self {
-            projection: self.projection.with_resolution(resolution),
+            projection: self.projection.with_size(size),
             region: self.region.clone(),
         }
     }

@@ -138,7 +138,7 @@ impl LightMatrix {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fits::fixtures::{SIZE, bundles, camera, seen, surfaces};
+    use crate::fits::fixtures::{FRAME, bundles, camera, seen, surfaces};
 
     #[test]
     fn jacobian_is_that_of_finite_differences() {
@@ -183,7 +183,7 @@ mod tests {
         let camera = camera(-0.2);
         for rays in bundles() {
             let (samples, hull) = seen(&rays, &camera);
-            let matrix = hull.focused_along(DVec3::Z, SIZE).unwrap();
+            let matrix = hull.focused_along(DVec3::Z, FRAME).unwrap();
             for sample in samples.iter().step_by(11) {
                 let ([[a, b], [c, d]], w) = matrix.scaled_jacobian(sample);
                 let columns = (DVec2::new(a, c), DVec2::new(b, d));
@@ -201,7 +201,7 @@ mod tests {
         for rays in bundles() {
             let (samples, hull) = seen(&rays, &camera);
             for w in [DVec3::Z, DVec3::new(0.05, -0.08, 1.0).normalize()] {
-                let Some(matrix) = hull.focused_along(w, SIZE) else {
+                let Some(matrix) = hull.focused_along(w, FRAME) else {
                     continue;
                 };
                 let gradient = matrix.gradient(&samples);

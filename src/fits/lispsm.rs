@@ -7,7 +7,7 @@
 //! Michael Wimmer, Daniel Scherzer, Werner Purgathofer. Light space perspective shadow maps. Eurographics Symposium
 //! on Rendering 2004.
 
-use super::hull::MapSize;
+use super::hull::MapFrame;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::subject::Subject;
 use super::view_across::ViewAcross;
@@ -23,7 +23,7 @@ const NEAREST: f64 = 1.0 / 20.0;
 pub fn light_space_perspective(
     subject: &Subject,
     camera: &Camera,
-    size: MapSize,
+    frame: MapFrame,
 ) -> Option<LightMatrix> {
     let view = ViewAcross::new(subject, camera)?;
     let (start, end) = view.range;
@@ -40,7 +40,7 @@ pub fn light_space_perspective(
         Rays::Orthographic => DMat3::IDENTITY,
     };
     let map_from_ray = LightMatrix::from(product([warp, view.align()]));
-    subject.hull.boxed(map_from_ray.with_unit_axis(), size)
+    subject.hull.boxed(map_from_ray.with_unit_axis(), frame)
 }
 
 /// The perspective along the second coordinate, from an apex in the plane.

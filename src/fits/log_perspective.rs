@@ -3,7 +3,7 @@
 //! D. Brandon Lloyd, Naga K. Govindaraju, Cory Quammen, Steven E. Molnar, Dinesh Manocha. Logarithmic perspective shadow
 //! maps. ACM Transactions on Graphics 27(4), 2008.
 
-use super::hull::{MapSize, without_interior};
+use super::hull::{MapFrame, without_interior};
 use super::layer::Layer;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::lispsm::light_space_perspective;
@@ -45,6 +45,8 @@ struct Candidates<'a> {
     subject: &'a Subject,
     view: ViewAcross,
     length: f64,
+    /// Columns of the map for one of its rows.
+    aspect: f64,
     /// For points of surfaces, one over the width of their pixel, and that times how far along the view they are: corners of
     /// the hull, among which the largest error is whatever the apex.
     points: Vec<DVec2>,
@@ -58,7 +60,7 @@ struct Sides {
 }
 
 impl<'a> Candidates<'a> {
-    fn new(subject: &'a Subject, camera: &Camera) -> Option<Self> {
+    fn new(subject: &'a Subject, camera: &Camera, aspect: f64) -> Option<Self> {
         let view = ViewAcross::new(subject, camera)?;
         let (start, end) = view.range;
         let length = end - start;
@@ -74,6 +76,7 @@ impl<'a> Candidates<'a> {
         Some(Self {
             points: convex_hull(&without_interior(points.collect())),
             length,
+            aspect,
             subject,
             view,
         })
@@ -94,14 +97,15 @@ impl<'a> Candidates<'a> {
 
     /// The largest perspective aliasing error, but for a factor: the longer side of a texel over the width of a pixel. With
     /// w the distance from the apex a texel is as wide as the range of slopes by w, and as long as the logarithm of the ratio
-    /// by w along its slope.
+    /// by w along its slope, each over as many texels as the map has that way.
     fn largest_error(&self, distance: f64) -> f64 {
         let Sides {
             slopes: (left, right),
             log_ratio,
         } = self.sides(distance);
         let steepest = left.abs().max(right.abs());
-        let longer = (right - left).max(log_ratio * (1.0 + steepest * steepest).sqrt());
+        let along = log_ratio * (1.0 + steepest * steepest).sqrt() * self.aspect;
+        let longer = (right - left).max(along);
         let widths = self.points.iter().map(|p| p.y + p.x * distance);
         longer * widths.fold(0.0, f64::max)
     }
@@ -139,11 +143,11 @@ fn pixel_width(camera: &Camera, point: DVec3, nearest: f64) -> f64 {
 }
 
 /// `None` where the light shines along the view, and where pixels do not narrow along what is seen.
-pub fn log_perspective(subject: &Subject, camera: &Camera, size: MapSize) -> Option<LogMatrix> {
+pub fn log_perspective(subject: &Subject, camera: &Camera, frame: MapFrame) -> Option<LogMatrix> {
     if camera.rays == Rays::Orthographic {
         return None;
     }
-    let candidates = Candidates::new(subject, camera)?;
+    let candidates = Candidates::new(subject, camera, frame.size.aspect())?;
     let distance = candidates.best_distance();
     let view = &candidates.view;
     let Sides { slopes, log_ratio } = candidates.sides(distance);
@@ -157,15 +161,19 @@ pub fn log_perspective(subject: &Subject, camera: &Camera, size: MapSize) -> Opt
         DVec3::new(0.0, 1.0, -apex.y) / middle,
     ]);
     let (left, right) = slopes;
-    let half = (0.5 + size.margin) * (right - left).max(1e-6 * (1.0 + left.abs().max(right.abs())));
-    let side = f64::from(size.resolution);
-    let frame = product([
-        DMat3::from_diagonal(DVec3::new(0.5 * side / half, 1.0, 1.0)),
+    let half =
+        (0.5 + frame.margin) * (right - left).max(1e-6 * (1.0 + left.abs().max(right.abs())));
+    let DVec2 {
+        x: columns,
+        y: rows,
+    } = frame.size.texels();
+    let focus = product([
+        DMat3::from_diagonal(DVec3::new(0.5 * columns / half, 1.0, 1.0)),
         DMat3::from_translation(DVec2::new(-0.5 * (left + right), 0.0)),
     ]);
     Some(LogMatrix {
-        matrix: product([frame, perspective, view.align()]).into(),
-        rate: side / ((1.0 + 2.0 * size.margin) * log_ratio),
+        matrix: product([focus, perspective, view.align()]).into(),
+        rate: rows / ((1.0 + 2.0 * frame.margin) * log_ratio),
     })
 }
 
@@ -177,20 +185,20 @@ pub fn fit_log_perspectives(
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     let parts = parts_of_target(receivers, target)?;
-    let (camera, size) = (setting.camera, target.size);
+    let (camera, frame) = (setting.camera, target.frame);
     let is_near = setting.near_position().is_some();
     let mut rates = Vec::new();
-    let mut layers = matrix_layers(setting, parts, size.resolution, |part| {
+    let mut layers = matrix_layers(setting, parts, frame.size, |part| {
         let subject = &part.subject;
         let log = match is_near {
             true => None,
-            false => log_perspective(subject, camera, size),
+            false => log_perspective(subject, camera, frame),
         };
-        let perspective = || light_space_perspective(subject, camera, size);
+        let perspective = || light_space_perspective(subject, camera, frame);
         let matrix = log.map(|log| log.matrix);
         let matrix = matrix
             .or_else(|| is_near.then(perspective)?)
-            .or_else(|| subject.focused(size))?;
+            .or_else(|| subject.focused(frame))?;
         rates.push(log.map(|log| log.rate));
         Some(matrix)
     });
@@ -206,8 +214,9 @@ pub fn fit_log_perspectives(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fits::fixtures::{SIZE, camera, surfaces};
+    use crate::fits::fixtures::{FRAME, camera, surfaces};
     use crate::fits::source::Source;
+    use crate::map_size::MapSize;
 
     fn subject(direction: DVec3) -> Subject {
         let points = surfaces(&camera(-0.2)).into_iter().map(|(point, _)| point);
@@ -226,17 +235,18 @@ mod tests {
         for direction in directions {
             let subject = subject(direction.normalize());
             let size = MapSize {
-                margin: 0.0,
-                ..SIZE
+                width: 400,
+                height: 150,
             };
-            let LogMatrix { matrix, rate } = log_perspective(&subject, &camera, size).unwrap();
+            let frame = MapFrame { size, margin: 0.0 };
+            let LogMatrix { matrix, rate } = log_perspective(&subject, &camera, frame).unwrap();
             let places = subject.hull.corners.iter().map(|ray| {
                 let place = matrix.place(*ray);
                 DVec2::new(place.x, -rate * place.y.ln())
             });
             let places: Vec<_> = places.collect();
-            let half = 0.5 * f64::from(size.resolution);
             for side in [DVec2::X, DVec2::Y] {
+                let half = frame.size.middle().dot(side);
                 let (low, high) = range_of(places.iter().map(|place| side.dot(*place)));
                 let error = (low + half).abs().max((high - half).abs());
                 assert!(error < 1e-9, "{direction} {low} {high}");
@@ -249,7 +259,7 @@ mod tests {
         let points = vec![DVec3::new(1.3, 0.2, -8.1)];
         let direction = DVec3::new(0.3, -1.0, 0.2).normalize();
         let subject = Subject::new(Source::AtInfinity { direction }, points).unwrap();
-        assert_eq!(log_perspective(&subject, &camera(-0.2), SIZE), None);
+        assert_eq!(log_perspective(&subject, &camera(-0.2), FRAME), None);
     }
 
     #[test]
@@ -261,7 +271,7 @@ mod tests {
             DVec3::new(0.1, -0.2, -1.0),
         ] {
             let subject = subject(direction.normalize());
-            let candidates = Candidates::new(&subject, &camera).unwrap();
+            let candidates = Candidates::new(&subject, &camera, 1.0).unwrap();
             let least = candidates.largest_error(candidates.best_distance());
             for i in 0..1000 {
                 let distance = candidates.length * 1e-3 * 1.0092_f64.powi(i);

@@ -2,7 +2,7 @@
 
 use super::boxes::{Cut, boxed_layers, layers_of_light, whole_layer};
 use super::central::{axes_for_scene, cube_faces};
-use super::hull::MapSize;
+use super::hull::MapFrame;
 use super::layer::Layer;
 use super::light_matrix::LightMatrix;
 use super::parallel::projected_box;
@@ -12,6 +12,7 @@ use super::subject::Subject;
 use crate::error::Result;
 use crate::frustum::visible_part;
 use crate::geometry::bounds_of;
+use crate::map_size::MapSize;
 use crate::projection::{Homography, Perspective, Projection};
 use crate::region::Region;
 use crate::rounding::BOX_ROUNDING;
@@ -32,7 +33,7 @@ pub struct Target {
     pub extent: Extent,
     /// Receivers looked at along the longer side of the image.
     pub sample_resolution: u32,
-    pub size: MapSize,
+    pub frame: MapFrame,
 }
 
 /// What one map is fitted to.
@@ -145,7 +146,7 @@ pub fn still_layers(receivers: &mut dyn ReceiverQueries<'_>, target: Target) -> 
         if first.x > last.x {
             return None;
         }
-        let room = target.size.margin * 0.5 * (last - first).truncate();
+        let room = target.frame.margin * 0.5 * (last - first).truncate();
         Some((
             (first.truncate() - room).extend(low.z),
             (last.truncate() + room).extend(high.z),
@@ -157,7 +158,7 @@ pub fn still_layers(receivers: &mut dyn ReceiverQueries<'_>, target: Target) -> 
         layers,
         boxes,
         Cut::Snapped,
-        target.size.resolution,
+        target.frame.size,
     ))
 }
 
@@ -174,10 +175,10 @@ pub fn projection(
     setting: Setting,
     rows: [DVec4; 3],
     points: &[DVec3],
-    resolution: u32,
+    size: MapSize,
 ) -> Projection {
     let bounds = setting.scene.bounds();
-    let centre = DVec2::splat(0.5 * f64::from(resolution));
+    let centre = size.middle();
     if let Some(position) = setting.near_position() {
         // The optical axis is the third axis, and the rest is in the other two.
         let [x_axis, y_axis, z_axis] = rows.map(DVec4::truncate);
@@ -187,8 +188,8 @@ pub fn projection(
             y_axis: y_axis / length,
             z_axis: z_axis / length,
             centre,
-            width: resolution,
-            height: resolution,
+            width: size.width,
+            height: size.height,
             ..axes_for_scene(Perspective, position, z_axis / length, bounds)
         };
     }
@@ -212,8 +213,8 @@ pub fn projection(
             .with_convergence(axes.kind.convergence())
             .into(),
         centre,
-        width: resolution,
-        height: resolution,
+        width: size.width,
+        height: size.height,
         near: low.z - rounding,
         far: high.z + rounding,
         normalizes_depth: true,
@@ -225,14 +226,14 @@ pub fn projection(
 pub fn matrix_layers(
     setting: Setting,
     parts: Vec<Part>,
-    resolution: u32,
+    size: MapSize,
     mut matrix: impl FnMut(&Part) -> Option<LightMatrix>,
 ) -> Vec<Layer> {
     let layers = parts.into_iter().filter_map(|part| {
         let matrix = matrix(&part)?;
         let rows = part.subject.rays.world_rows(matrix.rows());
         Some(Layer {
-            projection: projection(setting, rows, &part.subject.points, resolution),
+            projection: projection(setting, rows, &part.subject.points, size),
             region: part.region,
         })
     });
@@ -248,9 +249,9 @@ pub fn fit_light_matrices(
 ) -> Result<Vec<Layer>> {
     let setting = receivers.setting();
     let parts = parts_of_target(receivers, target)?;
-    let size = target.size;
-    Ok(matrix_layers(setting, parts, size.resolution, |part| {
-        fit(&part.subject).or_else(|| part.subject.focused(size))
+    let frame = target.frame;
+    Ok(matrix_layers(setting, parts, frame.size, |part| {
+        fit(&part.subject).or_else(|| part.subject.focused(frame))
     }))
 }
 
@@ -258,7 +259,7 @@ pub fn fit_light_matrices(
 mod tests {
     use super::*;
     use crate::camera::Camera;
-    use crate::fits::fixtures::SIZE;
+    use crate::fits::fixtures::FRAME;
     use crate::fits::light_rays::Sample;
     use crate::fits::lispsm::light_space_perspective;
     use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
@@ -324,10 +325,10 @@ mod tests {
                     continue;
                 };
                 let fits = [
-                    subject.focused(SIZE),
-                    light_space_perspective(&subject, &camera, SIZE),
-                    perspective(&subject, &camera, SIZE),
-                    trapezoidal(&subject, &camera, RULE, SIZE),
+                    subject.focused(FRAME),
+                    light_space_perspective(&subject, &camera, FRAME),
+                    perspective(&subject, &camera, FRAME),
+                    trapezoidal(&subject, &camera, RULE, FRAME),
                 ];
                 for (i, matrix) in fits.into_iter().enumerate() {
                     let matrix = matrix.unwrap_or_else(|| panic!("{i} {light:?}"));
@@ -348,10 +349,10 @@ mod tests {
             let subject = Subject::new(light, floor(&camera)).unwrap();
             let samples = samples(&subject, &camera);
             let fits = [
-                subject.focused(SIZE),
-                light_space_perspective(&subject, &camera, SIZE),
-                perspective(&subject, &camera, SIZE),
-                trapezoidal(&subject, &camera, RULE, SIZE),
+                subject.focused(FRAME),
+                light_space_perspective(&subject, &camera, FRAME),
+                perspective(&subject, &camera, FRAME),
+                trapezoidal(&subject, &camera, RULE, FRAME),
             ];
             for (sum, fit) in sums.iter_mut().zip(fits) {
                 *sum += fit.unwrap().h(&samples).ln() / lights().len() as f64;
@@ -368,7 +369,7 @@ mod tests {
             let subject = Subject::new(light, floor(&camera)).unwrap();
             let normals = vec![DVec3::Y; subject.points.len()];
             let plane = dominant_plane(&subject.points, &normals).unwrap();
-            let matrix = plane_optimal(&subject, &camera, plane, Extent::Receivers, SIZE).unwrap();
+            let matrix = plane_optimal(&subject, &camera, plane, Extent::Receivers, FRAME).unwrap();
             let badness: Vec<_> = samples(&subject, &camera)
                 .iter()
                 .map(|sample| matrix.badness(sample))
@@ -404,10 +405,10 @@ mod tests {
         assert_eq!(around, None);
         let camera = camera();
         let subject = Subject::new(along(camera.forward), floor(&camera)).unwrap();
-        assert_eq!(light_space_perspective(&subject, &camera, SIZE), None);
+        assert_eq!(light_space_perspective(&subject, &camera, FRAME), None);
         let subject = Subject::new(along(DVec3::X), floor(&camera)).unwrap();
         assert_eq!(
-            plane_optimal(&subject, &camera, DVec4::Y, Extent::Frustum, SIZE),
+            plane_optimal(&subject, &camera, DVec4::Y, Extent::Frustum, FRAME),
             None
         );
     }

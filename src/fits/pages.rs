@@ -5,6 +5,7 @@ use super::layer::Layer;
 use super::receivers::{Corners, ReceiverQueries, Setting};
 use super::rotation::Rotation;
 use crate::error::Result;
+use crate::map_size::MapSize;
 use crate::paging::grid::PageGrid;
 use crate::projection::Projection;
 use glam::DVec3;
@@ -44,7 +45,7 @@ pub fn fit_pages(
         layers,
         boxes,
         Cut::Whole,
-        resolution,
+        MapSize::square(resolution),
     ))
 }
 

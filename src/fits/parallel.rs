@@ -1,6 +1,7 @@
 //! Fits of parallel projections, for directional lights, and of those that nearly are, for lights far away.
 
 use crate::geometry::{bounds_of, box_corners};
+use crate::map_size::MapSize;
 use crate::projection::{Homography, Parallel, Projection};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -52,18 +53,18 @@ pub fn moved(axes: &Projection, reach: f64, origin: DVec3) -> Projection {
     }
 }
 
-/// The map whose sides are the box's, `resolution` texels each; the box has a size, and room for rounding
+/// The map whose sides are the box's; the box has a size, and room for rounding
 /// at its border. `casters_near` is the least depth of a caster; nothing is stored behind the far side of
 /// the box. All in the plane of `axes` and in depth.
 pub fn fit_box(
     axes: &Projection,
     (low, high): (DVec3, DVec3),
     casters_near: f64,
-    resolution: u32,
+    size: MapSize,
 ) -> Projection {
     let middle = 0.5 * (low + high);
     let half = 0.5 * (high - low);
-    let texels_per_unit = 0.5 * f64::from(resolution) / half;
+    let texels_per_unit = size.middle() / half.truncate();
     let map = match axes.kind.convergence() == 0.0 {
         true => Projection {
             kind: Parallel.into(),
@@ -82,6 +83,6 @@ pub fn fit_box(
         near: casters_near.min(low.z) - middle.z,
         far: half.z,
         normalizes_depth: true,
-        ..map.around(DVec2::ZERO, texels_per_unit.truncate(), resolution)
+        ..map.around(DVec2::ZERO, texels_per_unit, size)
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! Hamilton Y. Chong, Steven J. Gortler. A lixel for every pixel. Eurographics Symposium on Rendering 2004.
 
-use super::hull::{Hull, MapSize};
+use super::hull::{Hull, MapFrame};
 use super::light_matrix::{LightMatrix, product};
 use super::matrix_layers::Extent;
 use super::psm::{MAX_PERSPECTIVE, from_rows};
@@ -42,7 +42,7 @@ pub fn plane_optimal(
     camera: &Camera,
     plane: DVec4,
     extent: Extent,
-    size: MapSize,
+    frame: MapFrame,
 ) -> Option<LightMatrix> {
     let rays = &subject.rays;
     let light = rays.light;
@@ -57,8 +57,8 @@ pub fn plane_optimal(
     let [x, y, w] = [x, y, w].map(|row| row / w.length());
     let map = LightMatrix { x, y, w };
     match extent {
-        Extent::Frustum => Some(focus_on_image(map, camera, size)),
-        Extent::Receivers => focus_on_points(map, subject, size),
+        Extent::Frustum => Some(focus_on_image(map, camera, frame)),
+        Extent::Receivers => focus_on_points(map, subject, frame),
     }
 }
 
@@ -77,18 +77,18 @@ fn after_shadow_on(plane: DVec4, light: DVec4, image: DMat4) -> DMat4 {
 }
 
 /// `focus * map`: the map ends where the image does. What the plane shows outside of it is not held.
-fn focus_on_image(map: LightMatrix, camera: &Camera, size: MapSize) -> LightMatrix {
+fn focus_on_image(map: LightMatrix, camera: &Camera, frame: MapFrame) -> LightMatrix {
     let image = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     // The middle of the image is that of the map.
     let shift = DMat3::from_translation(-(0.5 * image - camera.centre));
     // So many texels for a pixel.
-    let scale = DMat3::from_diagonal((f64::from(size.resolution) / image).extend(1.0));
+    let scale = DMat3::from_diagonal((frame.size.texels() / image).extend(1.0));
     product([scale, shift, map.matrix()]).into()
 }
 
 /// `focus * map`: the map ends where the points do. What lies behind the camera's plane once it is moved along the
 /// rays has no place.
-fn focus_on_points(map: LightMatrix, subject: &Subject, size: MapSize) -> Option<LightMatrix> {
+fn focus_on_points(map: LightMatrix, subject: &Subject, frame: MapFrame) -> Option<LightMatrix> {
     let points = subject.points.iter();
     let rays = points.map(|point| subject.rays.ray_from_point(*point));
     let depths: Vec<_> = rays.map(|ray| (map.w.dot(ray) / ray.z, ray)).collect();
@@ -97,5 +97,5 @@ fn focus_on_points(map: LightMatrix, subject: &Subject, size: MapSize) -> Option
         .iter()
         .filter(|(depth, _)| depth * MAX_PERSPECTIVE > greatest);
     let hull = Hull::new(DVec3::Z, held.map(|(_, ray)| *ray))?;
-    hull.boxed(map, size)
+    hull.boxed(map, frame)
 }

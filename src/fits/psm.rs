@@ -6,7 +6,7 @@
 //!
 //! Marc Stamminger, George Drettakis. Perspective shadow maps. SIGGRAPH 2002.
 
-use super::hull::MapSize;
+use super::hull::MapFrame;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::subject::Subject;
 use crate::camera::Camera;
@@ -20,14 +20,14 @@ pub const MAX_PERSPECTIVE: f64 = 1e3;
 
 /// The virtual camera stands back where the light would not have all in front (section 4). `None` where no step back
 /// is enough.
-pub fn perspective(subject: &Subject, camera: &Camera, size: MapSize) -> Option<LightMatrix> {
+pub fn perspective(subject: &Subject, camera: &Camera, frame: MapFrame) -> Option<LightMatrix> {
     let (near, far) = subject.depths(camera);
     let far = far.max(near * (1.0 + 1e-6));
     STEPS_BACK.into_iter().find_map(|step| {
         let camera = camera_after_step_back(camera, step * (far - near), (near, far));
         let map_from_ray = seen_by_light(subject, camera)?;
         let is_even = subject.hull.is_even(map_from_ray, MAX_PERSPECTIVE);
-        is_even.then(|| subject.hull.boxed(map_from_ray, size))?
+        is_even.then(|| subject.hull.boxed(map_from_ray, frame))?
     })
 }
 

@@ -5,11 +5,16 @@
 //! buildings most edges are parallel to three axes, those of the world, so one rotation serves most of them.
 //! The rotation depends on the light and the scene alone, so that a map holds still while the camera moves; only that of
 //! a paraboloid that looks at the receivers depends on them, too.
+//!
+//! A map that is not square changes nothing of this: its texels have the area of the box over their number, so the
+//! smallest box is the best one still, and which of two quarters it lies in follows from its sides.
 
 use super::central::places_of;
 use super::layer::Layer;
 use super::parallel::projected_box;
+use super::receivers::Corners;
 use crate::geometry::bounds_of_places;
+use crate::map_size::MapSize;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use glam::{DMat3, DVec2, DVec3, EulerRot};
@@ -80,6 +85,29 @@ pub fn rotated(axes: &Projection, direction: DVec2) -> Projection {
         y_axis: down * direction.x - right * direction.y,
         ..axes.clone()
     }
+}
+
+/// Axes and a box in their plane, turned by a quarter where what has those sides lies across the map: then its texels are
+/// as even as its shape lets them be. Nothing is turned in a square.
+pub fn laid_lengthwise(
+    axes: &Projection,
+    corners: Corners,
+    sides: DVec2,
+    size: MapSize,
+) -> (Projection, Corners) {
+    match size.lies_across(sides) {
+        true => turned_by_a_quarter(axes, corners),
+        false => (axes.clone(), corners),
+    }
+}
+
+/// Axes turned by a quarter, and a box in their plane as it is there.
+fn turned_by_a_quarter(axes: &Projection, (low, high): Corners) -> (Projection, Corners) {
+    let corners = (
+        DVec3::new(low.y, -high.x, low.z),
+        DVec3::new(high.y, -low.x, high.z),
+    );
+    (rotated(axes, DVec2::Y), corners)
 }
 
 /// A place in the plane of axes, in that of the axes `turned` to the direction but for whole quarters.
@@ -265,6 +293,21 @@ mod tests {
                 assert!(found.distance(step) < 1e-5, "{found} {step}");
             }
         }
+    }
+
+    #[test]
+    fn what_is_turned_by_a_quarter_keeps_its_points() {
+        let axes = axes_at(DVec3::new(1.0, -2.0, 0.5), DVec3::new(0.6, 0.0, 0.8));
+        let corners = (DVec3::new(-1.0, 2.0, 3.0), DVec3::new(5.0, 2.5, 9.0));
+        let (turned, turned_corners) = turned_by_a_quarter(&axes, corners);
+        let there = [corners.0, corners.1].map(|corner| {
+            let point = axes.origin + axes.steps() * corner;
+            turned.texel_from_point(point)
+        });
+        let found = crate::geometry::bounds_of(there.into_iter());
+        assert!(found.0.distance(turned_corners.0) < 1e-12, "{found:?}");
+        assert!(found.1.distance(turned_corners.1) < 1e-12, "{found:?}");
+        assert!((turned.x_axis.cross(turned.y_axis) - turned.z_axis).length() < 1e-12);
     }
 
     #[test]

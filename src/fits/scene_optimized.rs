@@ -9,7 +9,7 @@
 //! Hamilton Yu-Ik Chong, Steven J. Gortler. Scene optimized shadow mapping. Harvard University, technical report
 //! TR-07-07, 2007.
 
-use super::hull::MapSize;
+use super::hull::MapFrame;
 use super::layer::Layer;
 use super::light_matrix::LightMatrix;
 use super::light_rays::Sample;
@@ -17,6 +17,7 @@ use super::matrix_layers::{Part, matrix_layers, parts_of_receivers};
 use super::optimizer::{descend, optimize};
 use super::receivers::{ReceiverQueries, Setting};
 use super::samples::SampledReceivers;
+use crate::map_size::MapSize;
 use glam::{DMat4, DVec3};
 
 /// Which samples the map holds, and is optimized for.
@@ -42,7 +43,7 @@ pub enum Optimizer {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
     pub optimizer: Optimizer,
-    pub size: MapSize,
+    pub frame: MapFrame,
     /// Texels of the frame before from the world, reused where a new matrix is not much better.
     pub previous: Option<DMat4>,
 }
@@ -51,11 +52,11 @@ pub struct Search {
 pub fn focused_layers(
     receivers: &mut dyn ReceiverQueries<'_>,
     samples: &SampledReceivers,
-    size: MapSize,
+    frame: MapFrame,
 ) -> Vec<Layer> {
     let parts = parts_of_receivers(receivers, samples, samples.facing_the_light());
-    matrix_layers(receivers.setting(), parts, size.resolution, |part| {
-        part.subject.focused(size)
+    matrix_layers(receivers.setting(), parts, frame.size, |part| {
+        part.subject.focused(frame)
     })
 }
 
@@ -64,18 +65,18 @@ pub fn kept_layers(
     setting: Setting,
     parts: Vec<Part>,
     previous: DMat4,
-    resolution: u32,
+    size: MapSize,
 ) -> Vec<Layer> {
     if parts.len() != 1 {
         return vec![];
     }
-    matrix_layers(setting, parts, resolution, |part| {
+    matrix_layers(setting, parts, size, |part| {
         let [x, y, w] = part.subject.rays.map_from_ray(previous);
         // Places of a light matrix are from the middle of the map.
-        let middle = 0.5 * f64::from(resolution) * w;
+        let middle = size.middle();
         let ahead = part.subject.rays.ray_from_point(part.subject.middle());
         let length = w.length() * w.dot(ahead).signum();
-        let [x, y, w] = [x - middle, y - middle, w].map(|row| row / length);
+        let [x, y, w] = [x - middle.x * w, y - middle.y * w, w].map(|row| row / length);
         Some(LightMatrix { x, y, w })
     })
 }
@@ -117,7 +118,7 @@ pub fn fit_scene_optimized(
         ..search
     };
     let mut h = 0.0;
-    let layers = matrix_layers(setting, parts, search.size.resolution, |part| {
+    let layers = matrix_layers(setting, parts, search.frame.size, |part| {
         let own = samples_of(setting, part, samples);
         let matrix = search.matrix(part, &own)?;
         h += matrix.h(&own);
@@ -144,17 +145,17 @@ fn samples_of(setting: Setting, part: &Part, samples: &SampledReceivers) -> Vec<
 
 impl Search {
     fn matrix(&self, part: &Part, own: &[Sample]) -> Option<LightMatrix> {
-        let (hull, size) = (&part.subject.hull, self.size);
-        let mut best = optimize(DVec3::Z, hull, own, size)?;
+        let (hull, frame) = (&part.subject.hull, self.frame);
+        let mut best = optimize(DVec3::Z, hull, own, frame)?;
         if self.optimizer == Optimizer::Simplex {
-            best = descend(best, hull, own, size);
+            best = descend(best, hull, own, frame);
         }
         let previous = self.previous.and_then(|previous| {
             let [x, y, w] = part.subject.rays.map_from_ray(previous);
             // Scale and shift anew, so that it holds every sample.
             let length = w.length();
             let [x, y] = [x, y].map(|row| row / length);
-            hull.boxed(LightMatrix { x, y, w }.with_unit_axis(), size)
+            hull.boxed(LightMatrix { x, y, w }.with_unit_axis(), frame)
         });
         // Section 2.3, step 5.
         let is_good_enough = |previous: &LightMatrix| {

@@ -3,6 +3,7 @@
 //! Michal Valient. Stable rendering of cascaded shadow maps. ShaderX6, 2008: corners on multiples of a
 //! texel. The texel's size is a step of a geometric row, so that it rarely changes.
 
+use crate::map_size::MapSize;
 use glam::DVec2;
 
 /// The fourth root of 2: each size is that many times the one before. A larger step changes less often, at
@@ -14,11 +15,10 @@ pub fn stepped(value: f64) -> f64 {
     STEP.powf((value.ln() / STEP.ln()).ceil())
 }
 
-/// The box of `resolution` texels along each side that holds another box; its corners are multiples of
-/// its texels.
-pub fn snapped((low, high): (DVec2, DVec2), resolution: u32) -> (DVec2, DVec2) {
-    let x = snapped_interval((low.x, high.x), resolution);
-    let y = snapped_interval((low.y, high.y), resolution);
+/// The box of so many texels that holds another box; its corners are multiples of its texels.
+pub fn snapped((low, high): (DVec2, DVec2), size: MapSize) -> (DVec2, DVec2) {
+    let x = snapped_interval((low.x, high.x), size.width);
+    let y = snapped_interval((low.y, high.y), size.height);
     (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1))
 }
 
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn boxes_without_a_width_have_one() {
         for texels in [1, 2, 512] {
-            let (low, high) = snapped((DVec2::ONE, DVec2::ONE), texels);
+            let (low, high) = snapped((DVec2::ONE, DVec2::ONE), MapSize::square(texels));
             assert!(low.cmple(DVec2::ONE).all() && high.cmpge(DVec2::ONE).all());
             assert!((high - low).min_element() > 0.0 && high.is_finite());
         }

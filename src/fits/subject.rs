@@ -1,6 +1,6 @@
 //! What one light matrix is fitted to: a light's rays, and the points that its map must hold.
 
-use super::hull::{Hull, MapSize};
+use super::hull::{Hull, MapFrame};
 use super::light_matrix::LightMatrix;
 use super::light_rays::RayBundle;
 use super::source::Source;
@@ -76,8 +76,8 @@ impl Subject {
 
     /// The smallest parallelogram around what is seen, without a perspective: the light looks along its own axis, the
     /// third coordinate of its rays (Chong and Gortler, TR-07-07, sections 2.3 and 3).
-    pub fn focused(&self, size: MapSize) -> Option<LightMatrix> {
-        self.hull.focused_along(DVec3::Z, size)
+    pub fn focused(&self, frame: MapFrame) -> Option<LightMatrix> {
+        self.hull.focused_along(DVec3::Z, frame)
     }
 
     pub fn middle(&self) -> DVec3 {

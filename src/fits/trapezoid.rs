@@ -1,13 +1,13 @@
 //! Trapezoidal: the map is a trapezoid around what is seen, as the light sees it.
 //!
 //! ```text
-//! shadow_from_ray = frame * perspective * align
+//! shadow_from_ray = focus * perspective * align
 //! ```
 //!
 //! Tobias Martin, Tiow-Seng Tan. Anti-aliasing and continuity with trapezoidal shadow maps. Eurographics Symposium on
 //! Rendering 2004.
 
-use super::hull::MapSize;
+use super::hull::MapFrame;
 use super::light_matrix::{LightMatrix, product, rows};
 use super::psm::MAX_PERSPECTIVE;
 use super::subject::Subject;
@@ -44,14 +44,14 @@ pub fn trapezoidal(
     subject: &Subject,
     camera: &Camera,
     rule: FocusRule,
-    size: MapSize,
+    frame: MapFrame,
 ) -> Option<LightMatrix> {
     let view = ViewAcross::new(subject, camera)?;
     let (start, end) = view.range;
     // A hull without a length gets one.
     let extent = (end - start).max(1e-6 * (1.0 + start.abs().max(end.abs())));
-    let length = (1.0 + 2.0 * size.margin) * extent;
-    let top = start - size.margin * length;
+    let length = (1.0 + 2.0 * frame.margin) * extent;
+    let top = start - frame.margin * length;
     let (z_near, z_far) = subject.depths(camera);
     let share = (z_far - z_near) * view.sine * view.scale / length;
     let rule = match camera.rays {
@@ -73,21 +73,22 @@ pub fn trapezoidal(
     let corners = subject.hull.corners.iter();
     let (left, right) = range_of(corners.map(|corner| place(aligned * *corner).x));
     let width = (right - left).max(1e-6 * (1.0 + left.abs().max(right.abs())));
-    let half = DVec2::new((0.5 + size.margin) * width, 0.5 * length / (1.0 + rule));
+    let half = DVec2::new((0.5 + frame.margin) * width, 0.5 * length / (1.0 + rule));
     let middle = DVec2::new(0.5 * (left + right), half.y);
-    let texels_per_unit = 0.5 * f64::from(size.resolution) / half;
-    let frame = product([
+    let texels_per_unit = frame.size.middle() / half;
+    let focus = product([
         DMat3::from_diagonal(texels_per_unit.extend(1.0)),
         DMat3::from_translation(-middle),
     ]);
-    Some(LightMatrix::from(product([frame, aligned])))
+    Some(LightMatrix::from(product([focus, aligned])))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fits::fixtures::{SIZE, camera, surfaces};
+    use crate::fits::fixtures::{FRAME, camera, surfaces};
     use crate::fits::source::Source;
+    use crate::map_size::MapSize;
 
     const RULE: FocusRule = FocusRule {
         focus: 0.5,
@@ -126,14 +127,15 @@ mod tests {
         ] {
             let subject = subject(direction.normalize());
             let size = MapSize {
-                margin: 0.0,
-                ..SIZE
+                width: 400,
+                height: 150,
             };
-            let matrix = trapezoidal(&subject, &camera, RULE, size).unwrap();
+            let frame = MapFrame { size, margin: 0.0 };
+            let matrix = trapezoidal(&subject, &camera, RULE, frame).unwrap();
             let places = subject.hull.corners.iter().map(|ray| matrix.place(*ray));
             let places: Vec<_> = places.collect();
-            let half = 0.5 * f64::from(size.resolution);
             for side in [DVec2::X, DVec2::Y] {
+                let half = frame.size.middle().dot(side);
                 let (low, high) = range_of(places.iter().map(|place| side.dot(*place)));
                 assert!(
                     (low + half).abs() < 1e-9 && (high - half).abs() < 1e-9,
@@ -150,13 +152,13 @@ mod tests {
         for angle in [0.8, 0.2, 0.05, 0.01, 0.002] {
             let direction = camera.forward + camera.up * angle;
             let subject = subject(direction.normalize());
-            let matrix = trapezoidal(&subject, &camera, RULE, SIZE).unwrap();
+            let matrix = trapezoidal(&subject, &camera, RULE, FRAME).unwrap();
             let (least, most) = range_of(subject.hull.corners.iter().map(|ray| matrix.w.dot(*ray)));
             stretches.push(most / least);
         }
         assert!(stretches.is_sorted_by(|a, b| a >= b), "{stretches:?}");
         assert!(stretches[4] < 1.05, "{stretches:?}");
         let subject = subject(camera.forward);
-        assert_eq!(trapezoidal(&subject, &camera, RULE, SIZE), None);
+        assert_eq!(trapezoidal(&subject, &camera, RULE, FRAME), None);
     }
 }

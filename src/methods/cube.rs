@@ -51,7 +51,7 @@ pub fn fit(
     view: &mut dyn ReceiverQueries<'_>,
     axes: DMat3,
     cut: Cut,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let setting = view.setting();
     position_of(setting.light, Cube::NAME)?;
@@ -59,5 +59,5 @@ pub fn fit(
         let scene = setting.scene.bounds();
         Ok(turned_cube_faces(position, axes, scene))
     })?;
-    cut_layers(view, faces, cut, resolution)
+    cut_layers(view, faces, cut, size)
 }

@@ -45,10 +45,10 @@ pub fn fit(
     view: &mut dyn ReceiverQueries<'_>,
     cut: Cut,
     splitting: Splitting,
-    resolution: u32,
+    size: MapSize,
 ) -> Result<Vec<Layer>> {
     let setting = view.setting();
     position_of(setting.light, DualParaboloid::NAME)?;
     let halves = layers_around(setting, |position| split_halves(view, position, splitting))?;
-    cut_layers(view, halves, cut, resolution)
+    cut_layers(view, halves, cut, size)
 }

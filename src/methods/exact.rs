@@ -80,7 +80,7 @@ impl Exact {
     /// The desired view's layers, but all of them with straight edges: a cone that is too wide for one
     /// perspective takes faces of a cube.
     fn fit<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<Vec<Layer>> {
-        let layers = fit_straight_boxes(view, FEWEST_TEXELS)?;
+        let layers = fit_straight_boxes(view, MapSize::square(FEWEST_TEXELS))?;
         let resolution = self.resolution.unwrap_or_else(|| {
             let receivers = f64::from(view.facing_count()) / layers.len().max(1) as f64;
             let side = ((2.0 * receivers).sqrt() as u32).next_multiple_of(GRID_TILE);

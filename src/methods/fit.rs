@@ -24,7 +24,7 @@ use std::borrow::Cow;
 pub struct Wanted {
     pub cut: Cut,
     pub rotation: Rotation,
-    pub resolution: u32,
+    pub size: MapSize,
 }
 
 /// The maps around the receivers. A layer without receivers is left out.
@@ -69,25 +69,23 @@ pub const FITS: Choices<Fit> = &[
         "desired_view",
         rotating(|view, wanted| {
             let turn = Turn::Still(wanted.rotation);
-            fit_boxes(view, turn, wanted.cut, wanted.resolution)
+            fit_boxes(view, turn, wanted.cut, wanted.size)
         }),
     ),
     // Over the whole scene.
     (
         "uniform",
-        rotating(|view, wanted| fit_scene_of_receivers(view, wanted.rotation, wanted.resolution)),
+        rotating(|view, wanted| fit_scene_of_receivers(view, wanted.rotation, wanted.size)),
     ),
     // The same as the first, turned as the smallest rectangle around the receivers.
     (
         "min_sm",
-        turning(|view, wanted| {
-            fit_boxes(view, Turn::SmallestRectangle, wanted.cut, wanted.resolution)
-        }),
+        turning(|view, wanted| fit_boxes(view, Turn::SmallestRectangle, wanted.cut, wanted.size)),
     ),
     // The same, turned along the principal axes of the receivers.
     (
         "principal_axes",
-        turning(|view, wanted| fit_boxes(view, Turn::PrincipalAxes, wanted.cut, wanted.resolution)),
+        turning(|view, wanted| fit_boxes(view, Turn::PrincipalAxes, wanted.cut, wanted.size)),
     ),
     // In each slab of the view.
     (
@@ -98,56 +96,54 @@ pub const FITS: Choices<Fit> = &[
                 rotation: wanted.rotation,
                 ..Cascades::defaults().slabs()
             };
-            fit_cascades(view, slabs, wanted.resolution)
+            fit_cascades(view, slabs, wanted.size)
         }),
     ),
     (
         "focused",
-        turning(|view, wanted| Focused::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| Focused::defaults().fit(view, wanted.size)),
     ),
     (
         "psm",
-        turning(|view, wanted| Perspective::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| Perspective::defaults().fit(view, wanted.size)),
     ),
     (
         "plane_optimal",
-        turning(|view, wanted| PlaneOptimal::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| PlaneOptimal::defaults().fit(view, wanted.size)),
     ),
     (
         "lispsm",
-        turning(|view, wanted| LightSpacePerspective::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| LightSpacePerspective::defaults().fit(view, wanted.size)),
     ),
     (
         "log_psm",
-        turning(|view, wanted| LogPerspective::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| LogPerspective::defaults().fit(view, wanted.size)),
     ),
     (
         "trapezoidal",
-        turning(|view, wanted| Trapezoidal::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| Trapezoidal::defaults().fit(view, wanted.size)),
     ),
     (
         "scene_optimized",
-        turning(|view, wanted| SceneOptimized::defaults().fit(view, wanted.resolution)),
+        turning(|view, wanted| SceneOptimized::defaults().fit(view, wanted.size)),
     ),
     (
         "cube",
-        still(|view, wanted| cube::fit(view, DMat3::IDENTITY, wanted.cut, wanted.resolution)),
+        still(|view, wanted| cube::fit(view, DMat3::IDENTITY, wanted.cut, wanted.size)),
     ),
     (
         "dual_paraboloid",
-        still(|view, wanted| {
-            dual_paraboloid::fit(view, wanted.cut, Splitting::Light, wanted.resolution)
-        }),
+        still(|view, wanted| dual_paraboloid::fit(view, wanted.cut, Splitting::Light, wanted.size)),
     ),
     (
         "improved_paraboloid",
         turning(|view, wanted| {
-            fit_improved_paraboloid(view, Zoom::Receivers, Splitting::Light, wanted.resolution)
+            fit_improved_paraboloid(view, Zoom::Receivers, Splitting::Light, wanted.size)
         }),
     ),
     (
         "spot",
-        still(|view, wanted| spot::fit(view, wanted.cut, wanted.resolution)),
+        still(|view, wanted| spot::fit(view, wanted.cut, wanted.size)),
     ),
 ];
 
@@ -211,15 +207,15 @@ impl WarpedMaps {
         Ok(())
     }
 
-    pub fn layers(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
+    pub fn layers(&self, view: &mut dyn FitQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
         let wanted = Wanted {
             cut: Cut::Receivers.snapped_where(self.snap),
             rotation: self.rotation.into(),
-            resolution,
+            size,
         };
         match &self.fit {
             Fitted::By(word) => (chosen(word, FITS).layers)(view, wanted),
-            Fitted::Given(layers) => fit_given(view, layers, resolution),
+            Fitted::Given(layers) => fit_given(view, layers, size),
         }
     }
 }

@@ -35,11 +35,11 @@ impl ShadowMethod for Focused {
 
 impl Focused {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        let target = self.fitting.target(resolution);
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
+        let target = self.fitting.target(size);
         match self.snap {
             true => still_layers(view, target),
-            false => fit_light_matrices(view, target, |subject| subject.focused(target.size)),
+            false => fit_light_matrices(view, target, |subject| subject.focused(target.frame)),
         }
     }
 }

@@ -32,13 +32,13 @@ impl ShadowMethod for GivenWarp {
     }
 
     fn check(&self) -> Result<()> {
-        let resolution = self.map.resolution;
-        let most = max_bands(resolution, resolution) as usize;
+        let size = self.map.resolution;
+        let most = max_bands(size.width, size.height) as usize;
         let count = self.functions.as_ref().map_or(0, |given| given.functions);
         let is_exact = self.map.texels.rasterization == Rasterization::Exact;
         ensure_value!(
             !is_exact || count <= most,
-            "functions must be at most {most} along each axis with a map of {resolution} texels, got {count}"
+            "functions must be at most {most} along each axis with a map of {size} texels, got {count}"
         );
         ensure_value!(
             self.functions.is_none() || self.samples.is_none(),
@@ -52,8 +52,7 @@ impl ShadowMethod for GivenWarp {
     }
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let resolution = self.map.resolution;
-        let layers = self.maps.layers(view, resolution)?;
+        let layers = self.maps.layers(view, self.map.resolution)?;
         let (name, count) = match (&self.functions, &self.samples) {
             (Some(functions), _) => ("functions", functions.layers),
             (_, Some(samples)) => ("samples", samples.layers()),
@@ -79,21 +78,17 @@ impl ShadowMethod for GivenWarp {
 impl GivenWarp {
     /// That of a layer.
     fn warp<'a, V: Verbs<'a>>(&self, view: &mut V, layer: usize) -> Result<V::Warp> {
-        let resolution = self.map.resolution;
+        let texels = self.map.resolution;
         if let Some(samples) = &self.samples {
             let tables = &samples.tables;
-            return view.sampled_warp(&tables[layer % tables.len()], resolution);
+            return view.sampled_warp(&tables[layer % tables.len()], texels);
         }
         let given = self.functions.as_ref().expect("one of the two is given");
-        let mut warp = view.warp(
-            given.functions as u32,
-            given.boundaries as u32 - 1,
-            resolution,
-        )?;
+        let mut warp = view.warp(given.functions as u32, given.boundaries as u32 - 1, texels)?;
         let size = 2 * given.functions * given.boundaries;
         let mut values = given.values.chunks_exact(size).cycle();
         view.set_functions(&mut warp, values.nth(layer).expect("one layer at least"));
-        view.finish_warp(&mut warp, resolution);
+        view.finish_warp(&mut warp, texels);
         Ok(warp)
     }
 }

@@ -11,7 +11,7 @@ use super::schema::{MAX_RESOLUTION, Typed, Value, count_or_none};
 use crate::importance::{EdgeBias, Factors, Grid, ImportanceMap, OldImportance};
 use crate::map_settings::MapSettings;
 use crate::warp::MAX_CELLS;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -69,17 +69,17 @@ parameters! {
         pub previous: Arc<[OldMap]> = optional(Rule::Maps),
         /// Their part.
         pub blend: f64 = number(Some(0.5), FRACTION, ""),
-        /// Along each side of the importance map; `None` for as many as the map has texels.
+        /// Along each side of the importance map; `None` for as many as the map has texels along its longer side.
         pub importance_resolution: Option<u32> = count_or_none(512, MAX_CELLS, "cells"),
         pub maps: WarpedMaps,
     }
 }
 
 impl AnalysisParameters {
-    /// Along each side of the importance map of a map with that resolution.
-    pub fn cells(&self, resolution: u32) -> u32 {
+    /// Along each side of the importance map of a map of that size.
+    pub fn cells(&self, size: MapSize) -> u32 {
         self.importance_resolution
-            .unwrap_or(resolution.min(MAX_CELLS))
+            .unwrap_or(size.longer().min(MAX_CELLS))
     }
 }
 
@@ -198,7 +198,7 @@ impl<'p, 'a, V: Verbs<'a>> Analysis<'p, 'a, V> {
                     .to_string(),
             )
         })?;
-        let sides = DVec2::new(f64::from(projection.width), f64::from(projection.height));
+        let sides = projection.size().texels();
         let placed = self.given.previous.iter().filter_map(|old| {
             let columns = world.map(|column| {
                 let place = old.map_from_world * column;

@@ -35,10 +35,10 @@ impl ShadowMethod for LightSpacePerspective {
 
 impl LightSpacePerspective {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        let (camera, target) = (view.setting().camera, self.fitting.target(resolution));
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.setting().camera, self.fitting.target(size));
         fit_light_matrices(view, target, |subject| {
-            light_space_perspective(subject, camera, target.size)
+            light_space_perspective(subject, camera, target.frame)
         })
     }
 }

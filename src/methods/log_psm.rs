@@ -34,7 +34,7 @@ impl ShadowMethod for LogPerspective {
 
 impl LogPerspective {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        fit_log_perspectives(view, self.fitting.target(resolution))
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
+        fit_log_perspectives(view, self.fitting.target(size))
     }
 }

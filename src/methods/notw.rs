@@ -60,11 +60,11 @@ impl ShadowMethod for NonOrthogonalWarp {
             functions <= cells,
             "function_count must be at most importance_resolution, {cells}, got {functions}"
         );
-        let resolution = self.map.resolution;
-        let most = max_bands(resolution, resolution);
+        let size = self.map.resolution;
+        let most = max_bands(size.width, size.height);
         ensure_value!(
             self.map.texels.rasterization != Rasterization::Exact || functions <= most,
-            "function_count must be at most {most} with a map of {resolution} texels, got {functions}"
+            "function_count must be at most {most} with a map of {size} texels, got {functions}"
         );
         ensure_value!(
             self.smoothing != Some(Smoothing::Automatic)

@@ -3,14 +3,15 @@
 use super::filters::default_filter;
 use super::schema::{
     Choices, Entry, FRACTION, MAX_RESOLUTION, NON_NEGATIVE, POSITIVE, POSITIVE_FRACTION, Parameter,
-    Rule, Schema, Typed, Value, chosen, count, flag, number, parameters, word,
+    Rule, Schema, Typed, Value, chosen, count, flag, map_size, number, parameters, word,
 };
 use crate::error::{Error, Result};
-use crate::fits::hull::MapSize;
+use crate::fits::hull::MapFrame;
 use crate::fits::improved_paraboloid::Splitting;
 use crate::fits::matrix_layers::{Extent, Target};
 use crate::light::Light;
 use crate::map_settings::{Bias, BiasRule, Comparison, MapSettings, Rasterization};
+use crate::map_size::MapSize;
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -52,8 +53,7 @@ const RASTERIZATIONS: Choices<Rasterization> = &[
 parameters! {
     /// Parameters of every method that has a shadow map.
     pub struct MapParameters {
-        /// Texels along each side.
-        pub resolution: u32 = count(Some(1024), MAX_RESOLUTION, "texels"),
+        pub resolution: MapSize = map_size(1024, MAX_RESOLUTION, "texels"),
         pub texels: TexelParameters,
     }
 }
@@ -141,13 +141,13 @@ parameters! {
 }
 
 impl FitParameters {
-    /// What the matrices of a map with that resolution are fitted to, and into.
-    pub fn target(&self, resolution: u32) -> Target {
+    /// What the matrices of a map of that size are fitted to, and into.
+    pub fn target(&self, size: MapSize) -> Target {
         Target {
             extent: self.fit,
             sample_resolution: self.sample_resolution,
-            size: MapSize {
-                resolution,
+            frame: MapFrame {
+                size,
                 margin: self.margin,
             },
         }
@@ -193,9 +193,16 @@ mod tests {
             (
                 "resolution",
                 Value::Int(0),
-                "a whole number of texels from 1 to 32768, got Int(0)",
+                "a whole number of texels from 1 to 32768, or (width, height) of such numbers, got Int(0)",
             ),
             ("resolution", Value::Int(1 << 40), "got Int(1099511627776)"),
+            ("resolution", Value::Pair([512, 0]), "got Pair([512, 0])"),
+            ("resolution", Value::Pair([-3, 512]), "got Pair([-3, 512])"),
+            (
+                "resolution",
+                Value::Pair([32769, 1]),
+                "got Pair([32769, 1])",
+            ),
             (
                 "bias",
                 Value::Text("none".into()),
@@ -254,7 +261,7 @@ mod tests {
                     "{}",
                     parameter.name
                 );
-                if let Rule::Count { max } = parameter.rule {
+                if let Rule::Count { max } | Rule::MapSize { max } = parameter.rule {
                     assert!(!parameter.unit.is_empty(), "{}", parameter.name);
                     let above = Value::Int(i64::from(max) + 1);
                     assert_eq!(parameter.check(above), Err(Fault::Range));

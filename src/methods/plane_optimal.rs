@@ -35,13 +35,13 @@ impl ShadowMethod for PlaneOptimal {
 
 impl PlaneOptimal {
     /// The layers; none where nothing is seen, or nothing faces the light.
-    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        let (camera, target) = (view.setting().camera, self.fitting.target(resolution));
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.setting().camera, self.fitting.target(size));
         let (points, normals) = view.samples(target.sample_resolution)?.seen();
         match dominant_plane(&points, &normals) {
             None => Ok(vec![]),
             Some(plane) => fit_light_matrices(view, target, |subject| {
-                plane_optimal(subject, camera, plane, target.extent, target.size)
+                plane_optimal(subject, camera, plane, target.extent, target.frame)
             }),
         }
     }

@@ -12,4 +12,5 @@ pub(crate) use crate::error::{Error, Result, ensure_value};
 pub(crate) use crate::fits::boxes::{Cut, Turn, cut_layers, fit_boxes};
 pub(crate) use crate::fits::layer::Layer;
 pub(crate) use crate::fits::receivers::ReceiverQueries;
+pub(crate) use crate::map_size::MapSize;
 pub(crate) use crate::verbs::{FitQueries, LayerOf, Verbs};

@@ -15,7 +15,7 @@
 //! counts as lit.
 
 use super::prelude::*;
-use crate::fits::hull::MapSize;
+use crate::fits::hull::MapFrame;
 use crate::fits::matrix_layers::{parts_of_frustum, parts_of_receivers};
 use crate::fits::samples::SampledReceivers;
 use crate::fits::scene_optimized::{
@@ -86,21 +86,21 @@ impl ShadowMethod for SceneOptimized {
 
 impl SceneOptimized {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        if let Some((layers, age)) = self.kept(view, resolution) {
+    pub fn fit(&self, view: &mut dyn FitQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
+        if let Some((layers, age)) = self.kept(view, size) {
             view.measure(AGE, f64::from(age));
             return Ok(layers);
         }
         view.measure(AGE, 1.0);
         let samples = &view.samples(self.sample_resolution)?;
-        let size = MapSize {
-            resolution,
+        let frame = MapFrame {
+            size,
             margin: self.margin,
         };
         let chosen = match self.samples {
             SampleChoice::Facing => samples.facing_the_light(),
             SampleChoice::Boundary | SampleChoice::Shadow => {
-                let first = self.first_layers(view, samples, size);
+                let first = self.first_layers(view, samples, frame);
                 if first.is_empty() {
                     return Ok(vec![]);
                 }
@@ -111,7 +111,7 @@ impl SceneOptimized {
         };
         let search = Search {
             optimizer: self.optimizer,
-            size,
+            frame,
             previous: self.previous,
         };
         let start = Instant::now();
@@ -123,13 +123,13 @@ impl SceneOptimized {
     }
 
     /// The layer of the frame before, and the frames that have it, where it is not time for a search.
-    fn kept(&self, view: &mut dyn FitQueries<'_>, resolution: u32) -> Option<(Vec<Layer>, u32)> {
+    fn kept(&self, view: &mut dyn FitQueries<'_>, size: MapSize) -> Option<(Vec<Layer>, u32)> {
         let (previous, age) = (self.previous?, self.previous_age?);
         if age >= self.every {
             return None;
         }
         let setting = view.setting();
-        let layers = kept_layers(setting, parts_of_frustum(setting), previous, resolution);
+        let layers = kept_layers(setting, parts_of_frustum(setting), previous, size);
         (!layers.is_empty()).then_some((layers, age + 1))
     }
 
@@ -138,17 +138,17 @@ impl SceneOptimized {
         &self,
         view: &mut dyn FitQueries<'_>,
         samples: &SampledReceivers,
-        size: MapSize,
+        frame: MapFrame,
     ) -> Vec<Layer> {
         let kept = match (self.boundaries, self.previous) {
             (Boundaries::Previous, Some(previous)) => {
                 let parts = parts_of_receivers(view, samples, samples.facing_the_light());
-                kept_layers(view.setting(), parts, previous, size.resolution)
+                kept_layers(view.setting(), parts, previous, frame.size)
             }
             _ => vec![],
         };
         match kept.is_empty() {
-            true => focused_layers(view, samples, size),
+            true => focused_layers(view, samples, frame),
             false => kept,
         }
     }

@@ -7,6 +7,7 @@ use super::arrays::{Array, Fault, OldMap, WarpFunctions, WarpSamples};
 use crate::error::{Error, Result};
 use crate::fits::given::GivenLayers;
 use crate::map_settings::Filter;
+use crate::map_size::MapSize;
 use crate::moments::FilteredMap;
 use crate::region::MAX_HALF_SPACES;
 use crate::warp::MAX_CELLS;
@@ -35,6 +36,10 @@ pub enum Rule {
     Flag,
     /// A whole number from 1.
     Count {
+        max: u32,
+    },
+    /// A whole number from 1, of each side of a map, or two of them.
+    MapSize {
         max: u32,
     },
     /// A finite number from the least one to `max`.
@@ -149,6 +154,11 @@ pub const fn count(default: Option<u32>, max: u32, unit: &'static str) -> Parame
     parameter(Rule::Count { max }, default, unit)
 }
 
+/// The size of a map, which is a square where nothing is said.
+pub const fn map_size(default: u32, max: u32, unit: &'static str) -> Parameter {
+    parameter(Rule::MapSize { max }, Value::Int(default as i64), unit)
+}
+
 /// A count that may also be `None`.
 pub const fn count_or_none(default: u32, max: u32, unit: &'static str) -> Parameter {
     let mut parameter = count(Some(default), max, unit);
@@ -208,6 +218,8 @@ pub enum Value {
     None,
     Bool(bool),
     Int(i64),
+    /// Width and height, where they differ.
+    Pair([i64; 2]),
     Float(f64),
     Text(Cow<'static, str>),
     Filter(Filter),
@@ -240,6 +252,18 @@ impl Parameter {
             (Rule::Count { max }, Value::Int(count)) => {
                 Fault::unless((1..=i64::from(max)).contains(&count))?;
                 Ok(Value::Int(count))
+            }
+            (Rule::MapSize { max }, Value::Int(side)) => {
+                Fault::unless((1..=i64::from(max)).contains(&side))?;
+                Ok(Value::Int(side))
+            }
+            (Rule::MapSize { max }, Value::Pair([width, height])) => {
+                let sides = 1..=i64::from(max);
+                Fault::unless(sides.contains(&width) && sides.contains(&height))?;
+                Ok(match width == height {
+                    true => Value::Int(width),
+                    false => Value::Pair([width, height]),
+                })
             }
             (Rule::Number { .. }, Value::Int(number)) => self.check(Value::Float(number as f64)),
             (Rule::NumberOr { words, .. }, Value::Text(text)) => {
@@ -327,6 +351,11 @@ impl fmt::Display for Parameter {
         match self.rule {
             Rule::Flag => write!(f, "True or False"),
             Rule::Count { max } => write!(f, "a whole number of {} from 1 to {max}", self.unit),
+            Rule::MapSize { max } => write!(
+                f,
+                "a whole number of {} from 1 to {max}, or (width, height) of such numbers",
+                self.unit
+            ),
             Rule::Number { least, max } => write!(f, "{}", rule_of_numbers(least, max)),
             Rule::NumberOr { least, max, words } => {
                 write!(f, "{} or {}", rule_of_numbers(least, max), one_of(words))
@@ -540,6 +569,12 @@ typed! {
     bool: Value::Bool(value) => *value;
     u32: Value::Int(value) => *value as u32;
     f64: Value::Float(value) => *value;
+    MapSize:
+        Value::Int(side) => MapSize::square(*side as u32),
+        Value::Pair([width, height]) => MapSize {
+            width: *width as u32,
+            height: *height as u32,
+        };
     Cow<'static, str>: Value::Text(value) => value.clone();
     Array: Value::Array(value) => value.clone();
     DMat4: Value::Matrix(value) => *value;

@@ -8,7 +8,7 @@ use super::prelude::*;
 use super::schema::{Parameter, Typed, Value, number_or_word};
 use crate::gpu::passes::warp_map;
 use crate::importance::{Factors, Importance};
-use crate::warp::Axis;
+use crate::map_size::Axis;
 use crate::warp::smoothing::{SHARES, estimate};
 use glam::DVec2;
 use std::time::Instant;
@@ -65,7 +65,7 @@ pub fn automatic<'a, V: Verbs<'a>>(
             let warp = warp_of(view, layer, i, smoothing)?;
             let warp = view.read_functions(&warp)?;
             let start = Instant::now();
-            *error += estimate(&warp, &counts, &places, layer.projection.width);
+            *error += estimate(&warp, &counts, &places, layer.projection.size().texels());
             view.add_time(warp_map::LABEL, start.elapsed().as_secs_f64() * 1e3);
         }
     }
@@ -79,7 +79,7 @@ pub fn automatic<'a, V: Verbs<'a>>(
 /// Where a layer has the points that it is for, from 0 to 1 in its map before any warp.
 fn places_in(layer: &Layer, points: impl Iterator<Item = glam::DVec3>) -> Vec<DVec2> {
     let projection = &layer.projection;
-    let side = DVec2::new(f64::from(projection.width), f64::from(projection.height));
+    let side = projection.size().texels();
     let own = points.filter(|point| layer.region.contains(*point));
     let places = own.map(|point| projection.texel_from_point(point).truncate() / side);
     // Rounding may leave one at the border.

@@ -36,7 +36,7 @@ impl ShadowMethod for Spot {
 }
 
 /// Of a spot light.
-pub fn fit(view: &mut dyn ReceiverQueries<'_>, cut: Cut, resolution: u32) -> Result<Vec<Layer>> {
+pub fn fit(view: &mut dyn ReceiverQueries<'_>, cut: Cut, size: MapSize) -> Result<Vec<Layer>> {
     let setting = view.setting();
     ensure_value!(
         matches!(setting.light, Light::Spot { .. }),
@@ -45,5 +45,5 @@ pub fn fit(view: &mut dyn ReceiverQueries<'_>, cut: Cut, resolution: u32) -> Res
         setting.light.kind()
     );
     let layers = layers_of_light(setting);
-    cut_layers(view, layers, cut, resolution)
+    cut_layers(view, layers, cut, size)
 }

@@ -49,14 +49,14 @@ impl ShadowMethod for Trapezoidal {
 
 impl Trapezoidal {
     /// The layers; none where nothing faces the light.
-    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, resolution: u32) -> Result<Vec<Layer>> {
-        let (camera, target) = (view.setting().camera, self.fitting.target(resolution));
+    pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
+        let (camera, target) = (view.setting().camera, self.fitting.target(size));
         let rule = FocusRule {
             focus: self.focus,
             line: self.line,
         };
         fit_light_matrices(view, target, |subject| {
-            trapezoidal(subject, camera, rule, target.size)
+            trapezoidal(subject, camera, rule, target.frame)
         })
     }
 }

@@ -15,7 +15,7 @@
 
 use super::parameters::TexelParameters;
 use super::prelude::*;
-use super::schema::{Least, MAX_RESOLUTION};
+use super::schema::{Least, MAX_RESOLUTION, map_size};
 use crate::fits::pages::{PagesOver, fit_pages};
 use crate::map_settings::{Comparison, Rasterization};
 use crate::paging::{MIN_PAGE_SIZE, Paging};
@@ -37,8 +37,8 @@ const FINITE: Rule = Rule::Number {
 
 parameters! {
     pub struct VirtualShadowMap {
-        /// Of the finest level, along each side.
-        pub resolution: u32 = count(Some(16384), MAX_RESOLUTION, "texels"),
+        /// Of the finest level, which is a square.
+        pub resolution: MapSize = map_size(16384, MAX_RESOLUTION, "texels"),
         pub texels: TexelParameters,
         pub page_size: u32 = count(Some(128), MAX_PAGE_SIZE, "texels"),
         pub pages: u32 = count(Some(4096), MAX_PAGES, "pages"),
@@ -56,6 +56,14 @@ impl ShadowMethod for VirtualShadowMap {
          2007. Queried virtual shadow maps. I3D.";
 
     fn check(&self) -> Result<()> {
+        ensure_value!(
+            self.resolution.is_square(),
+            "resolution must be one whole number of texels with method '{}', whose pages are squares and whose levels \
+             follow from the area of a texel, got ({}, {})",
+            Self::NAME,
+            self.resolution.width,
+            self.resolution.height
+        );
         ensure_value!(
             self.page_size.is_power_of_two() && self.page_size >= MIN_PAGE_SIZE,
             "page_size must be a power of two from {MIN_PAGE_SIZE} to {MAX_PAGE_SIZE}, got {}",
@@ -81,7 +89,7 @@ impl ShadowMethod for VirtualShadowMap {
     }
 
     fn record<'a, V: Verbs<'a>>(&self, view: &mut V) -> Result<V::Recorded> {
-        let maps = fit_pages(view, self.cut, self.resolution)?;
+        let maps = fit_pages(view, self.cut, self.resolution.width)?;
         ensure_value!(
             maps.len() <= self.pages as usize,
             "pages must be at least {}, one for each map of the light, got {}",

@@ -15,13 +15,13 @@ pub fn rectilinear<'a, V: Verbs<'a>>(
     blur: f64,
     importance: impl FnOnce(&mut V, &Layer) -> Result<ImportanceMap<V::Values>>,
 ) -> Result<LayerOf<'a, V>> {
-    let resolution = layer.projection.width;
-    let mut warp = view.warp(1, cells, resolution)?;
+    let size = layer.projection.size();
+    let mut warp = view.warp(1, cells, size)?;
     let importance = importance(view, &layer)?;
     for axis in [Axis::X, Axis::Y] {
-        view.fit_maxima(&mut warp, axis, resolution, &importance, blur)?;
+        view.fit_maxima(&mut warp, axis, size, &importance, blur)?;
     }
-    view.finish_warp(&mut warp, resolution);
+    view.finish_warp(&mut warp, size);
     Ok(WarpedLayer {
         layer,
         warp: Some(warp),
@@ -44,12 +44,12 @@ pub fn functions_of_counts<'a, V: Verbs<'a>>(
     fit: CountFit,
     mut counts: impl FnMut(&mut V, &Layer, Axis, &V::Warp) -> Result<ImportanceMap<V::Values>>,
 ) -> Result<Functions<'a, V>> {
-    let resolution = layer.projection.width;
-    let mut warp = view.warp(functions, cells, resolution)?;
+    let size = layer.projection.size();
+    let mut warp = view.warp(functions, cells, size)?;
     let mut importance = None;
     for axis in [Axis::X, Axis::Y] {
         let counts = counts(view, layer, axis, &warp)?;
-        view.fit_counts(&mut warp, axis, resolution, &counts, fit)?;
+        view.fit_counts(&mut warp, axis, size, &counts, fit)?;
         importance.get_or_insert(counts);
     }
     Ok((warp, importance))
@@ -64,7 +64,7 @@ pub fn non_orthogonal<'a, V: Verbs<'a>>(
     counts: impl FnMut(&mut V, &Layer, Axis, &V::Warp) -> Result<ImportanceMap<V::Values>>,
 ) -> Result<LayerOf<'a, V>> {
     let (mut warp, importance) = functions_of_counts(view, &layer, sizes, fit, counts)?;
-    view.finish_warp(&mut warp, layer.projection.width);
+    view.finish_warp(&mut warp, layer.projection.size());
     Ok(WarpedLayer {
         layer,
         warp: Some(warp),

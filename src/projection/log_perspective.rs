@@ -199,7 +199,7 @@ impl ProjectionKind for LogPerspective {
     // The same perspective from an apex as far before the nearest row as the mean of nearest and farthest is: there no
     // row is much wider than another one. (x, s) has the place (x, (1 - s) / 2) 2 / (1 + s).
     fn straightened(&self, projection: &Projection) -> Option<Projection> {
-        let size = DVec2::new(projection.width.into(), projection.height.into());
+        let size = projection.size().texels();
         let rows = [0.0, size.y].map(|row| ((projection.centre.y - row) / self.rate).exp());
         let [first, last] = rows.map(|s| (1.0 - s) / (1.0 + s));
         let farther = DMat3::from_cols(

@@ -21,6 +21,7 @@ pub use perspective::Perspective;
 
 use crate::camera::{Camera, Rays};
 use crate::lanes::{Lane, V2, V3};
+use crate::map_size::MapSize;
 use crate::region::Region;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::ops::Deref;
@@ -266,28 +267,35 @@ impl Projection {
         }
     }
 
-    /// The same rays in another number of texels along each side.
-    pub fn with_resolution(&self, resolution: u32) -> Self {
-        let side = f64::from(resolution);
-        let k = DVec2::new(side / f64::from(self.width), side / f64::from(self.height));
-        self.stretched(k, self.centre * k, resolution)
+    /// Of the map.
+    pub fn size(&self) -> MapSize {
+        MapSize {
+            width: self.width,
+            height: self.height,
+        }
+    }
+
+    /// The same rays in another number of texels.
+    pub fn with_size(&self, size: MapSize) -> Self {
+        let k = size.texels() / self.size().texels();
+        self.stretched(k, self.centre * k, size)
     }
 
     /// The map of axes with one texel to the unit of their plane over a rectangle around a place in it.
-    pub fn around(&self, middle: DVec2, texels_per_unit: DVec2, resolution: u32) -> Self {
-        let centre = DVec2::splat(0.5 * f64::from(resolution)) - middle * texels_per_unit;
-        self.stretched(texels_per_unit, centre, resolution)
+    pub fn around(&self, middle: DVec2, texels_per_unit: DVec2, size: MapSize) -> Self {
+        let centre = size.middle() - middle * texels_per_unit;
+        self.stretched(texels_per_unit, centre, size)
     }
 
-    fn stretched(&self, k: DVec2, centre: DVec2, resolution: u32) -> Self {
+    fn stretched(&self, k: DVec2, centre: DVec2, size: MapSize) -> Self {
         let (kind, k) = self.kind.stretched(k);
         Self {
             kind,
             x_axis: self.x_axis * k.x,
             y_axis: self.y_axis * k.y,
             centre,
-            width: resolution,
-            height: resolution,
+            width: size.width,
+            height: size.height,
             ..self.clone()
         }
     }
@@ -508,7 +516,7 @@ mod tests {
     fn rays_of_a_log_perspective_are_in_its_straight_map() {
         let [.., log] = projections();
         let straight = log.kind.straightened(&log).unwrap();
-        let size = DVec2::new(log.width.into(), log.height.into());
+        let size = log.size().texels();
         for share in [DVec2::ZERO, DVec2::new(0.3, 0.6), DVec2::ONE] {
             let (start, ray) = log.ray_from_texel(size * share);
             let there = straight.texel_from_point(start + ray * 4.0).truncate() / size;

@@ -196,7 +196,7 @@ impl ProjectionKind for Paraboloid {
 
     // The farther from the axis the finer: at a corner, or at the rim where the region is a hemisphere and ends there.
     fn smallest_texel(&self, projection: &Projection, region: &Region) -> DVec2 {
-        let size = DVec2::new(projection.width.into(), projection.height.into());
+        let size = projection.size().texels();
         let [a, b] = [-projection.centre, size - projection.centre];
         let corners = [a, b, DVec2::new(a.x, b.y), DVec2::new(b.x, a.y)];
         let squares = corners.map(|corner| {

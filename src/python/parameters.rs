@@ -60,6 +60,7 @@ pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py,
         let (kind, choices) = match parameter.rule {
             Rule::Flag => ("flag", vec![]),
             Rule::Count { .. } => ("count", vec![]),
+            Rule::MapSize { .. } => ("map_size", vec![]),
             Rule::Number { .. } => ("number", vec![]),
             Rule::NumberOr { words, .. } => ("number", words.to_vec()),
             Rule::Choice(known) => ("choice", known.words()),
@@ -77,7 +78,7 @@ pub fn parameters<'py>(py: Python<'py>, method: &str) -> PyResult<Vec<Bound<'py,
         description.set_item("rule", kind)?;
         description.set_item("choices", choices)?;
         let max = match parameter.rule {
-            Rule::Count { max } => Some(f64::from(max)),
+            Rule::Count { max } | Rule::MapSize { max } => Some(f64::from(max)),
             Rule::Number { max, .. } | Rule::NumberOr { max, .. } if max.is_finite() => Some(max),
             _ => None,
         };
@@ -167,11 +168,16 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
     let wrong_kind = |_| Fault::Kind;
     match rule {
         Rule::Flag => value.extract().map(Value::Bool).map_err(wrong_kind),
-        Rule::Count { .. } if value.extract::<bool>().is_ok() => Err(Fault::Kind),
-        Rule::Count { .. } => match value.extract() {
-            Ok(count) => Ok(Value::Int(count)),
-            Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(Fault::Range),
-            Err(_) => Err(Fault::Kind),
+        Rule::Count { .. } => Ok(Value::Int(whole(value)?)),
+        Rule::MapSize { .. } => match (whole(value), value.is_instance_of::<PyString>()) {
+            (Err(Fault::Kind), false) => {
+                let sides = value.try_iter().map_err(wrong_kind)?;
+                let sides = sides.map(|side| whole(&side.map_err(wrong_kind)?));
+                let sides: Vec<_> = sides.collect::<Result<_, _>>()?;
+                let pair = sides.try_into().map_err(|_| Fault::Kind)?;
+                Ok(Value::Pair(pair))
+            }
+            (side, _) => Ok(Value::Int(side?)),
         },
         Rule::NumberOr { .. } if value.is_instance_of::<PyString>() => {
             let text = value.extract::<String>().map_err(wrong_kind)?;
@@ -223,6 +229,18 @@ fn converted(rule: Rule, value: &Bound<PyAny>) -> Result<Value, Fault> {
         Rule::Functions => functions(value),
         Rule::Samples => samples(value),
     }
+}
+
+/// A whole number, which is no truth.
+fn whole(value: &Bound<PyAny>) -> Result<i64, Fault> {
+    if value.extract::<bool>().is_ok() {
+        return Err(Fault::Kind);
+    }
+    let is_too_large = |error: &PyErr| error.is_instance_of::<PyOverflowError>(value.py());
+    value.extract().map_err(|error| match is_too_large(&error) {
+        true => Fault::Range,
+        false => Fault::Kind,
+    })
 }
 
 /// The numbers of an array whose last axes have those lengths.
@@ -414,6 +432,7 @@ fn to_python<'py>(
         Value::None => py.None().into_bound(py),
         Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any(),
         Value::Int(value) => value.into_pyobject(py)?.into_any(),
+        Value::Pair(sides) => PyTuple::new(py, sides)?.into_any(),
         Value::Float(value) => value.into_pyobject(py)?.into_any(),
         Value::Text(value) => value.into_pyobject(py)?.into_any(),
         Value::Array(weights) => {

@@ -2,6 +2,7 @@
 
 use super::parameters::samples_from_python;
 use super::{array, check_process};
+use crate::map_size::MapSize;
 use crate::warp::samples::SampledWarp;
 use glam::DVec2;
 use numpy::{PyArray2, PyReadonlyArray2};
@@ -16,7 +17,7 @@ pub fn sampled_points<'py>(
 ) -> PyResult<Py<PyArray2<f64>>> {
     check_process()?;
     let tables = samples_from_python(samples)?.tables;
-    let warp = SampledWarp::new(&tables[0], 1);
+    let warp = SampledWarp::new(&tables[0], MapSize::square(1));
     let points = points.as_array();
     let places = points.outer_iter().flat_map(|point| {
         let point = DVec2::new(point[0], point[1]);

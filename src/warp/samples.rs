@@ -5,6 +5,7 @@
 
 use super::tables::Table;
 use crate::lanes::{Lane, V2};
+use crate::map_size::MapSize;
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
@@ -34,8 +35,7 @@ pub struct SampledWarp {
     boxes: Vec<Boxes>,
     /// Of each square of the plane the cell of its middle, if there is one.
     nearby: Vec<Option<[usize; 2]>>,
-    /// Texels along each side of the map.
-    resolution: usize,
+    size: MapSize,
     /// Where the rays of the texels are, row by row.
     x: Vec<f32>,
     y: Vec<f32>,
@@ -48,7 +48,7 @@ struct Boxes {
 }
 
 impl SampledWarp {
-    pub fn new(given: &Table, resolution: u32) -> Self {
+    pub fn new(given: &Table, size: MapSize) -> Self {
         let table = given.with_ring();
         let mut warp = Self {
             turn: given.turn(),
@@ -56,7 +56,7 @@ impl SampledWarp {
             boxes: boxes_of(&table),
             table,
             nearby: vec![],
-            resolution: resolution as usize,
+            size,
             x: vec![],
             y: vec![],
         };
@@ -66,12 +66,11 @@ impl SampledWarp {
             found.map(|(cell, _)| cell)
         });
         warp.nearby = squares.collect();
-        let texels = 0..resolution as usize;
-        let places = texels.clone().into_par_iter().flat_map_iter(|row| {
-            let (warp, texels) = (&warp, texels.clone());
-            texels.map(move |column| {
-                let texel = DVec2::new(column as f64, row as f64) + 0.5;
-                let place = warp.linear_from_warped(texel / f64::from(resolution));
+        let places = (0..size.height).into_par_iter().flat_map_iter(|row| {
+            let warp = &warp;
+            (0..size.width).map(move |column| {
+                let texel = DVec2::new(column.into(), row.into()) + 0.5;
+                let place = warp.linear_from_warped(texel / size.texels());
                 (place.x as f32, place.y as f32)
             })
         });
@@ -80,14 +79,14 @@ impl SampledWarp {
     }
 
     /// Samples along each side, without the ring.
-    fn size(&self) -> DVec2 {
+    fn samples(&self) -> DVec2 {
         DVec2::new(self.table.columns as f64, self.table.rows as f64) - 2.0
     }
 
     /// Where the ray of a place of the warped map is before the warp, both from 0 to 1.
     pub fn linear_from_warped(&self, warped: DVec2) -> DVec2 {
-        let sample = warped * self.size() + 0.5;
-        let last = self.size();
+        let sample = warped * self.samples() + 0.5;
+        let last = self.samples();
         let cell = sample.floor().clamp(DVec2::ZERO, last);
         let part = sample - cell;
         let [a, b, c, d] = self.corners([cell.x as usize, cell.y as usize]);
@@ -100,7 +99,7 @@ impl SampledWarp {
     /// Linear map coordinates of the centre of a texel.
     #[inline(always)]
     pub fn linear_from_texel<L: Lane>(&self, texel: V2<L>) -> V2<L> {
-        let of = |table| L::gather(table, self.resolution, texel.y, texel.x);
+        let of = |table| L::gather(table, self.size.width as usize, texel.y, texel.x);
         V2::new(of(&self.x), of(&self.y))
     }
 
@@ -146,9 +145,15 @@ impl SampledWarp {
 
     fn steps_in(&self, cell: [usize; 2]) -> DMat2 {
         let [a, b, c, d] = self.corners(cell);
-        let size = self.size();
+        let samples = self.samples();
         let across = |from: DVec2, to: DVec2, samples: f64| 0.5 * (to - from) * samples;
-        DMat2::from_cols(across(a + c, b + d, size.x), across(a + b, c + d, size.y))
+        let [x, y] = [
+            across(a + c, b + d, samples.x),
+            across(a + b, c + d, samples.y),
+        ];
+        // Shares of the sides, which may have different numbers of texels.
+        let aspect = self.size.aspect();
+        DMat2::from_cols(DVec2::new(x.x, x.y / aspect), DVec2::new(y.x * aspect, y.y))
     }
 
     /// How much the warp widens along its rows and columns where it widens most.
@@ -183,7 +188,7 @@ impl SampledWarp {
 
     /// Where a place is after the warp.
     fn warped(&self, [column, row]: [usize; 2], part: DVec2) -> DVec2 {
-        (DVec2::new(column as f64, row as f64) + part - 0.5) / self.size()
+        (DVec2::new(column as f64, row as f64) + part - 0.5) / self.samples()
     }
 
     /// A place as a cell sees it, from 0 to 1 inside; not numbers in a part of the ring that is folded.
@@ -359,7 +364,7 @@ mod tests {
         for (columns, rows, angle) in [(2, 2, 0.0), (40, 31, 0.9), (65, 64, -1.4)] {
             let given = swirl(columns, rows, angle);
             assert_eq!(given.fault(), None);
-            let warp = SampledWarp::new(&given, 16);
+            let warp = SampledWarp::new(&given, MapSize::square(16));
             let mut row = [[0.0; 8]; 2];
             for i in 0..800 {
                 let place = DVec2::new(random.share(), random.share());
@@ -385,13 +390,17 @@ mod tests {
 
     #[test]
     fn a_texel_has_the_ray_of_its_sample() {
-        let given = swirl(24, 24, 1.1);
-        let warp = SampledWarp::new(&given, 24);
+        let size = MapSize {
+            width: 24,
+            height: 16,
+        };
+        let given = swirl(24, 16, 1.1);
+        let warp = SampledWarp::new(&given, size);
         for (i, place) in given.values.as_chunks::<2>().0.iter().enumerate() {
             let texel = V2::new((i % 24) as f32, (i / 24) as f32);
             let ray = warp.linear_from_texel(texel);
             assert_eq!([ray.x, ray.y], *place);
-            let centre = (DVec2::new(texel.x.into(), texel.y.into()) + 0.5) / 24.0;
+            let centre = (DVec2::new(texel.x.into(), texel.y.into()) + 0.5) / size.texels();
             let there = warp.warped_place(DVec2::from(place.map(f64::from)));
             assert!((there.unwrap() - centre).length() < 1e-9);
         }
@@ -399,14 +408,19 @@ mod tests {
 
     #[test]
     fn steps_are_those_between_texels() {
-        let warp = SampledWarp::new(&swirl(64, 64, 1.2), 64);
+        let size = MapSize {
+            width: 64,
+            height: 24,
+        };
+        let warp = SampledWarp::new(&swirl(64, 64, 1.2), size);
         for place in [DVec2::new(0.31, 0.62), DVec2::new(0.5, 0.44)] {
             let there = warp.warped_place(place).unwrap();
             let steps = warp.steps(place).unwrap();
             for (axis, step) in [(DVec2::X, steps.x_axis), (DVec2::Y, steps.y_axis)] {
-                let h = 0.5 / 64.0;
-                let [before, after] = [-h, h].map(|h| warp.linear_from_warped(there + axis * h));
-                assert!(((after - before) * 64.0 - step).length() < 0.03, "{step}");
+                let h = 0.5 * axis / size.texels();
+                let [before, after] = [-h, h].map(|h| warp.linear_from_warped(there + h));
+                let found = (after - before) * size.texels();
+                assert!((found - step).length() < 0.05, "{found} {step}");
             }
         }
         assert!(warp.steps(DVec2::splat(1.5)).is_none());
@@ -426,7 +440,7 @@ mod tests {
             ..plain
         };
         assert_eq!(table.fault(), None);
-        let warp = SampledWarp::new(&table, 20);
+        let warp = SampledWarp::new(&table, MapSize::square(20));
         assert!(warp.warped_place(DVec2::splat(0.5)).is_some());
         assert!(warp.warped_place(DVec2::new(0.5, 0.11)).is_some());
         assert!(warp.warped_place(DVec2::splat(0.05)).is_none());

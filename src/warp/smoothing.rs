@@ -13,8 +13,8 @@ const LEAST_SLOPE: f64 = 1e-3;
 /// The wrong pixels among receivers at some places of a map, from 0 to 1, but for a factor: how wide a texel is for each
 /// of them in pixels, as many of `counts` share its cell and the functions have those slopes there; times one and the
 /// texels from its place that the middle of a straight line is taken which is as long as a cell, of one along the rows or
-/// one along the columns. The map has `texels` along each side.
-pub fn estimate(warp: &Warp, counts: &[u32], places: &[DVec2], texels: u32) -> f64 {
+/// one along the columns. The map has so many `texels` along its rows and columns.
+pub fn estimate(warp: &Warp, counts: &[u32], places: &[DVec2], texels: DVec2) -> f64 {
     let cells = warp.boundaries - 1;
     let at = |place: DVec2| {
         let inside = place.clamp(DVec2::ZERO, DVec2::ONE);
@@ -27,7 +27,7 @@ pub fn estimate(warp: &Warp, counts: &[u32], places: &[DVec2], texels: u32) -> f
         for axis in [DVec2::X, DVec2::Y] {
             let step = axis * (0.5 / cells as f64);
             let [before, after] = [at(place - step), at(place + step)];
-            let miss = f64::from(texels) * ((before + after) / 2.0).distance(middle);
+            let miss = (texels * ((before + after) / 2.0 - middle)).length();
             missed = miss.max(missed);
             let slope = cells as f64 * (after - before).dot(axis);
             stretched *= slope.max(LEAST_SLOPE);
@@ -56,7 +56,8 @@ mod tests {
     #[test]
     fn texels_are_as_wide_as_counts_and_slopes_have_them() {
         let place = DVec2::new(0.25, 0.75);
-        let of = |half, count| estimate(&bent(half), &[0, 0, count, 0], &[place], 8);
+        let of =
+            |half, count| estimate(&bent(half), &[0, 0, count, 0], &[place], DVec2::splat(8.0));
         assert!((of(0.5, 9) - 3.0).abs() < 1e-6);
         // Half as wide, a slope of 1.5 in the place of 1.
         assert!((of(0.75, 9) - 3.0 / 1.5f64.sqrt()).abs() < 1e-6);
@@ -67,7 +68,12 @@ mod tests {
     #[test]
     fn lines_over_a_bend_miss_their_middle() {
         // The ends of a line of half the map around the bend are at 0.375 and 0.875, its middle is at 0.75.
-        let at_bend = estimate(&bent(0.75), &[0, 4, 0, 0], &[DVec2::new(0.5, 0.25)], 8);
+        let at_bend = estimate(
+            &bent(0.75),
+            &[0, 4, 0, 0],
+            &[DVec2::new(0.5, 0.25)],
+            DVec2::splat(8.0),
+        );
         let missed = 8.0 * (0.75 - 0.625);
         assert!((at_bend - 2.0 * (1.0 + missed)).abs() < 1e-6, "{at_bend}");
     }

@@ -3,10 +3,15 @@
 use super::{Warp, texels_outside};
 use crate::gpu::shaders::Shader;
 use crate::lanes::{Lane, V2};
+use crate::map_size::MapSize;
 use crate::twin::{Random, Twin, assert_twins, run_on_device};
 
 const CELLS: usize = 32;
-const TEXELS: usize = 48;
+/// A map that is not square, so that nothing along one axis passes for the other's.
+const SIZE: MapSize = MapSize {
+    width: 48,
+    height: 20,
+};
 
 /// Functions with cells that have no width, and steep ones.
 fn warp(functions: usize, random: &mut Random) -> Warp {
@@ -45,7 +50,7 @@ fn table(warp: &Warp) -> Vec<f32> {
     };
     [
         warp.values.clone(),
-        warp.inverses(TEXELS),
+        warp.inverses(SIZE).concat(),
         envelope(f32::min),
         envelope(f32::max),
     ]
@@ -56,8 +61,8 @@ fn table(warp: &Warp) -> Vec<f32> {
 fn source(warp: &Warp, twin: &str) -> String {
     let along_x = warp.functions * warp.boundaries;
     let inverse = 2 * along_x;
-    let inverses = warp.functions * TEXELS;
-    let least = inverse + 2 * inverses;
+    let inverses = [SIZE.width, SIZE.height].map(|texels| warp.functions * texels as usize);
+    let least = inverse + inverses[0] + inverses[1];
     let blocks = warp.functions.div_ceil(BLOCK) * warp.boundaries;
     let pair = |first: usize, size: usize| format!("vec2<u32>({first}u, {}u)", first + size);
     format!(
@@ -65,15 +70,17 @@ fn source(warp: &Warp, twin: &str) -> String {
             let functions = vec2<u32>({}u);
             return Warp(functions, vec2<u32>({CELLS}u), {}, {}, {}, {});
         }}
-        const SIZE = vec2<u32>({TEXELS}u);
+        const SIZE = vec2<u32>({}u, {}u);
         {twin}",
         Shader::new("warp/grid").compose(),
         Shader::new("lib/seams").compose(),
         warp.functions,
         pair(0, along_x),
-        pair(inverse, inverses),
+        pair(inverse, inverses[0]),
         pair(least, blocks),
         pair(least + 2 * blocks, blocks),
+        SIZE.width,
+        SIZE.height,
     )
 }
 
@@ -108,8 +115,8 @@ impl Twin for Warp {
         let uv = V2::new(inputs[0], inputs[1]);
         let texel = V2::new(inputs[2], inputs[3]);
         let (warped, functions) = self.warped_from_linear(uv);
-        let linear = self.linear_from_texel(&self.inverses(TEXELS), TEXELS, texel);
-        let patch = self.patch_of(functions, TEXELS);
+        let linear = self.linear_from_texel(&self.inverses(SIZE), SIZE, texel);
+        let patch = self.patch_of(functions, SIZE);
         let has = self.has_patches(functions);
         // The side k, or the one opposite where there is no patch.
         let k = inputs[4];
@@ -129,7 +136,7 @@ impl Twin for Warp {
         let is_there = !(own.at_most(is_end) & is_end.at_most(own));
         let side = V2::new(at([0.0, 0.0, -1.0, 1.0]), at([-1.0, 1.0, 0.0, 0.0]));
         let side = side.map(|s| L::select(is_there, s, -s));
-        let across = self.texel_across(uv, functions, side, TEXELS);
+        let across = self.texel_across(uv, functions, side, SIZE);
         let mut outputs = Vec::new();
         for pair in [warped, functions, linear, patch[0], patch[1]] {
             outputs.extend([pair.x, pair.y]);
@@ -158,7 +165,7 @@ fn the_shader_of_warps_computes_what_rust_does() {
     let warp = warp(5, &mut random);
     let mut case = || {
         let uv = [place(&mut random), place(&mut random)];
-        let [x, y] = [0, 1].map(|_| random.below(TEXELS) as f32);
+        let [x, y] = [SIZE.width, SIZE.height].map(|texels| random.below(texels as usize) as f32);
         [uv[0], uv[1], x, y, random.below(4) as f32]
     };
     let cases: Vec<_> = (0..20_000).map(|_| case()).collect();
@@ -168,7 +175,7 @@ fn the_shader_of_warps_computes_what_rust_does() {
 const NONE: &str = "
 fn twin(i: u32) -> array<f32, 8> {
     let warp = load_warp();
-    let size = vec2<u32>(48u);
+    let size = vec2<u32>(48u, 20u);
     let texel = vec2<i32>(i32(inputs[i]), i32(inputs[i + 1u]));
     let linear = linear_from_texel(warp, texel, size);
     let warped = warped_from_linear(warp, linear);
@@ -183,11 +190,14 @@ fn twin(i: u32) -> array<f32, 8> {
 #[test]
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn without_a_warp_texels_stay_where_they_are() {
-    let cases: Vec<_> = (0..TEXELS).map(|i| [i as f32, 17.0]).collect();
+    let cases: Vec<_> = (0..SIZE.width).map(|i| [i as f32, 17.0]).collect();
     let source = Shader::new("warp/none").compose() + NONE;
     let found = run_on_device(&source, &cases, &[], 8);
     for (case, found) in cases.iter().zip(found.chunks_exact(8)) {
-        let [x, y] = case.map(|texel| (texel + 0.5) / TEXELS as f32);
+        let [x, y] = [
+            (case[0] + 0.5) / SIZE.width as f32,
+            (case[1] + 0.5) / SIZE.height as f32,
+        ];
         for (i, expected) in [x, y, x, y, x, y, 0.0, 47.0].into_iter().enumerate() {
             assert!((found[i] - expected).abs() < 1e-6, "{case:?} {found:?}");
         }
@@ -197,26 +207,26 @@ fn without_a_warp_texels_stay_where_they_are() {
 #[test]
 fn the_inverse_finds_a_texel_and_its_patch_holds_it() {
     let warp = warp(5, &mut Random(2));
-    let inverses = warp.inverses(TEXELS);
-    let mut decided = 0;
-    for i in 0..TEXELS * TEXELS {
-        let texel = V2::new((i % TEXELS) as f64, (i / TEXELS) as f64);
-        let linear = warp.linear_from_texel(&inverses, TEXELS, texel);
+    let inverses = warp.inverses(SIZE);
+    let (size, mut decided) = (SIZE.texels(), 0);
+    for i in 0..SIZE.width * SIZE.height {
+        let texel = V2::new(f64::from(i % SIZE.width), f64::from(i / SIZE.width));
+        let linear = warp.linear_from_texel(&inverses, SIZE, texel);
         let (warped, functions) = warp.warped_from_linear(linear);
-        let [x, y] = [warped.x, warped.y].map(|place| place * TEXELS as f64 - 0.5);
+        let (x, y) = (warped.x * size.x - 0.5, warped.y * size.y - 0.5);
         let is_near = (x - texel.x).abs() < 0.01 && (y - texel.y).abs() < 0.01;
         // Where a function takes a texel to a boundary of another one, rounding may take the other.
         let to_boundary = |place: f64| (place * 5.0 - (place * 5.0).round()).abs();
         if to_boundary(linear.y) > 1e-4 && to_boundary(warped.x) > 1e-4 {
             assert!(is_near, "{texel:?} {warped:?}");
-            let [low, high] = warp.patch_of(functions, TEXELS);
+            let [low, high] = warp.patch_of(functions, SIZE);
             let is_inside = low.x <= texel.x && texel.x <= high.x;
             let is_inside = is_inside && low.y <= texel.y && texel.y <= high.y;
             assert!(is_inside, "{texel:?} {low:?} {high:?}");
             decided += 1;
         }
     }
-    assert!(decided > TEXELS * TEXELS / 2, "{decided}");
+    assert!(decided > SIZE.width * SIZE.height / 2, "{decided}");
 }
 
 const BOUNDS: &str = "
@@ -224,7 +234,7 @@ fn twin(i: u32) -> array<f32, 8> {
     let warp = load();
     let a = vec4<f32>(inputs[i], inputs[i + 1u], inputs[i + 2u], inputs[i + 3u]);
     let image = warped_bound(warp, a.xy, a.zw);
-    let texels = vec4<i32>(a * f32(SIZE.x - 1u));
+    let texels = vec4<i32>(a * vec4<f32>(vec4<u32>(SIZE, SIZE) - 1u));
     let linear = linear_bound(warp, texels.xy, texels.zw, SIZE);
     return array<f32, 8>(image.x, image.y, image.z, image.w, linear.x, linear.y, linear.z, linear.w);
 }
@@ -237,7 +247,7 @@ fn bounds_of_warped_boxes_hold_their_points() {
     for functions in [1, 5, 70] {
         let mut random = Random(3);
         let warp = warp(functions, &mut random);
-        let inverses = warp.inverses(TEXELS);
+        let inverses = warp.inverses(SIZE);
         let mut ends = || {
             let low = random.share();
             let size = [0.01, 0.3, 1.0][random.below(3)] * random.share();
@@ -265,8 +275,11 @@ fn bounds_of_warped_boxes_hold_their_points() {
                 let at = V2::new(mix(left, right, share()), mix(top, bottom, share()));
                 let warped = warp.warped_from_linear(at).0;
                 assert!(is_in(&found[..4], warped), "{case:?} {found:?} {warped:?}");
-                let texel = at.map(|place| (place as f32 * (TEXELS - 1) as f32).floor().into());
-                let linear = warp.linear_from_texel(&inverses, TEXELS, texel);
+                let last = V2::from(SIZE.texels() - 1.0);
+                let texel = at.zip(last, |place, last| {
+                    (place as f32 * last as f32).floor().into()
+                });
+                let linear = warp.linear_from_texel(&inverses, SIZE, texel);
                 assert!(is_in(&found[4..], linear), "{case:?} {found:?} {linear:?}");
             }
         }

@@ -212,10 +212,11 @@ def core(r: random.Random) -> None:
     name = r.choice(list(lx.METHODS))
     fields = [*lx.METHODS[name]().parameters(), "colour"]
     parameters = {r.choice(fields): value(r) for _ in range(r.randint(1, 3))}
-    if isinstance(parameters.get("resolution"), int) and not isinstance(
-        parameters["resolution"], bool
-    ):
-        parameters["resolution"] = min(parameters["resolution"], 512)
+    sides = parameters.get("resolution")
+    if isinstance(sides, int) and not isinstance(sides, bool):
+        parameters["resolution"] = min(sides, 512)
+    elif isinstance(sides, (list, tuple)) and all(type(side) is int for side in sides):
+        parameters["resolution"] = tuple(min(side, 512) for side in sides)
     kind = r.randrange(4)
     if kind == 0:
         _core.Scene(value(r), value(r))
@@ -368,7 +369,8 @@ def picture(r: random.Random) -> None:
     name = r.choice(["exact", "ray_traced", *lx.METHODS])
     chosen = lx.method_from(name)
     if name not in hard_views.WITHOUT_MAP:
-        chosen = type(chosen)(resolution=r.choice([1, 2, 33, 128]))
+        shapes = [] if name == "virtual" else [(1, 70), (129, 3)]
+        chosen = type(chosen)(resolution=r.choice([1, 2, 33, 128, *shapes]))
     if not chosen.takes(li):
         return
     device = r.choice(["cpu", None])

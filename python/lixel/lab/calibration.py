@@ -173,12 +173,12 @@ def fit(table: pandas.DataFrame) -> dict[str, Any]:
         kind = "directional" if row["light"] == "DirectionalLight" else "positional"
         by_rays = row["method"] == "ray_traced"
         size = row["triangles"], row["width"] * row["height"]
-        resolution = None if math.isnan(row["resolution"]) else int(row["resolution"])
-        features = auto.features(*size, resolution, by_rays=by_rays)
+        texels = 0 if math.isnan(row["resolution"]) else int(row["resolution"]) ** 2
+        features = auto.features(*size, texels, by_rays=by_rays)
         key = row["method"] if by_rays else f"{row['method']}, {kind}"
         times[key].append((features, row["gpu_ms"]))
         if not math.isnan(row["visibility_ms"]):
-            times["visibility"].append((auto.features(*size, None), row["visibility_ms"]))
+            times["visibility"].append((auto.features(*size, 0), row["visibility_ms"]))
     build = generated["build_ms"] / (1e-6 * generated["triangles"])
     return {
         **table.attrs,

@@ -16,9 +16,11 @@ from ..arguments import did_you_mean
 from .auto import Auto as Auto
 from .base import (
     BoxMethod as BoxMethod,
+    Resolution as Resolution,
     RotatedMethod as RotatedMethod,
     ShadowMapMethod as ShadowMapMethod,
     ShadowMethod as ShadowMethod,
+    resolution_text as resolution_text,
 )
 from .checked import Checked as Checked
 from .filters import (

@@ -17,7 +17,15 @@ Lookup: TypeAlias = Literal[
     "variance", "exponential_variance", "moments",
 ]  # fmt: skip
 
+Resolution: TypeAlias = int | tuple[int, int]
+"""Texels of a map: along each side of a square, or (width, height)."""
+
 Own = TypeVar("Own", bound="ShadowMethod")
+
+
+def resolution_text(resolution: Resolution) -> str:
+    """As a command line has it: ``"1024"``, ``"1024x512"``."""
+    return "x".join(map(str, resolution if isinstance(resolution, tuple) else (resolution,)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,9 +104,15 @@ class ShadowMethod(Checked):
         return self.composition if self.composition in PUBLISHED else self.name
 
     @property
-    def map_resolution(self) -> int | None:
-        """Texels along each side of the map, None where a method has no map."""
+    def map_resolution(self) -> Resolution | None:
+        """The parameter `resolution`, None where a method has no map."""
         return self.parameters().get("resolution")
+
+    @property
+    def map_size(self) -> tuple[int, int] | None:
+        """Columns and rows of the map, None where a method has no map."""
+        resolution = self.map_resolution
+        return (resolution, resolution) if isinstance(resolution, int) else resolution
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,8 +121,12 @@ class ShadowMapMethod(ShadowMethod):
 
     Parameters
     ----------
-    resolution : int
-        Texels along each side of the map.
+    resolution : int or (int, int)
+        Texels of the map along each side, or (width, height). A map that is not square lies with
+        its longer side along that of the box or rectangle that it is cut to; one along the view
+        (`LightSpacePerspective`, `Trapezoidal`, `LogPerspective`) always has its rows across it,
+        and those of `PerspectiveShadowMap` and `PlaneOptimal` are the image's. Arrays of texels
+        have the shape (layers, height, width).
     rasterization : {"exact", "linear"}
         How casters become texels.
 
@@ -180,13 +198,19 @@ class ShadowMapMethod(ShadowMethod):
     Graphics Interface 2016; A. Reshetov, "Morphological antialiasing", HPG 2009.
     """
 
-    resolution: int = 1024
+    resolution: Resolution = 1024
     rasterization: Rasterization = "exact"
     tessellation: float | None = None
     lookup: Lookup | Filter = "auto"
     bias: Bias = "auto"
     constant_bias: float | None = None
     slope_bias: float = 1.0
+
+    @property
+    def map_size(self) -> tuple[int, int]:
+        """Columns and rows of the map."""
+        sides = self.resolution
+        return sides if isinstance(sides, tuple) else (sides, sides)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,8 +222,8 @@ class RotatedMethod(ShadowMapMethod):
     rotation : float, optional
         Of the map's rows and columns around the light's direction, in radians, from where the
         world's Y is up in the map (Z, under a light along Y); quarters of a turn make no
-        difference. None: off the dominant edges of the scene, see `DesiredView`. The faces of a
-        cube around a light are not rotated.
+        difference, and one that is not square lies along its box. None: off the dominant edges of
+        the scene, see `DesiredView`. The faces of a cube around a light are not rotated.
 
     The others are those of `ShadowMapMethod`.
     """

@@ -85,7 +85,7 @@ class LightMatrix(ShadowMapMethod):
         kinds = [projection["kind"] for projection in frame.projections]
         if CURVED & set(kinds):
             raise ValueError(f"frame must have light matrices, got {', '.join(kinds)}")
-        side = frame.method.map_resolution or 1
-        matrices = frame.light_matrix / np.array([side, side, 1.0, 1.0])[:, None]
+        width, height = frame.method.map_size or (1, 1)
+        matrices = frame.light_matrix / np.array([width, height, 1.0, 1.0])[:, None]
         regions = [projection["region"] for projection in frame.projections]
         return cls(matrices, **{"regions": regions, **parameters})

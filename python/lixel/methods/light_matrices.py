@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, TypeAlias
 
+import numpy as np
+
 from .base import BoxMethod, ShadowMapMethod
 
 MatrixFit: TypeAlias = Literal["receivers", "frustum"]
@@ -284,8 +286,10 @@ class SceneOptimized(ShadowMapMethod):
               \\left(\\frac{dx^i}{du^j}\\right)^2
 
     (Eq. 6): how many pixels share a texel. The optical axis, row 4 of the matrix, is searched for;
-    for each one tried, rows 1 and 2 follow from the smallest rectangle around the samples' hull.
-    It is never worse than `Focused` by this measure.
+    for each one tried, rows 1 and 2 follow from the smallest rectangle around the samples' hull,
+    whose longer side has the more texels where the map is not square, as in the paper (2.4), which
+    leaves open what counts as longer where the rectangle leans: here the sides before it does. It
+    is never worse than `Focused` by this measure.
 
     This differs from the paper in three ways. The sum is over at most 400 samples, evenly chosen.
     Samples whose surface is within three degrees of edge-on to the light are left out of it: one
@@ -349,11 +353,19 @@ class SceneOptimized(ShadowMapMethod):
     boundaries: Boundaries = "focused"
 
     def __post_init__(self) -> None:
-        age = getattr(self.previous, "stats", {}).get("matrix_age")
+        frame = self.previous
+        age = getattr(frame, "stats", {}).get("matrix_age")
         if self.previous_age is None and age is not None:
             object.__setattr__(self, "previous_age", int(age))
-        object.__setattr__(self, "previous", _previous_matrix(self.previous))
+        object.__setattr__(self, "previous", _previous_matrix(frame))
         super().__post_init__()
+        of_frame = getattr(getattr(frame, "method", None), "map_size", None)
+        if self.previous is not None and of_frame is not None and of_frame != self.map_size:
+            # The matrix is in texels of a map of another size.
+            scales = (*np.divide(self.map_size, of_frame).tolist(), 1.0, 1.0)
+            rows = zip(self.previous, scales, strict=True)
+            matrix = tuple(tuple(scale * value for value in row) for row, scale in rows)
+            object.__setattr__(self, "previous", matrix)
 
 
 def _previous_matrix(previous: Any) -> Any:

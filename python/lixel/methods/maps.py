@@ -121,7 +121,7 @@ class Cascades(BoxMethod, RotatedMethod):
     .. math:: z_i = \\lambda \\, z_n (z_f / z_n)^{i / m}
               + (1 - \\lambda) (z_n + (z_f - z_n) \\, i / m)
 
-    Limits: each layer is a pass over the casters and has `resolution` texels along each side; four
+    Limits: each layer is a pass over the casters and has a map of `resolution`; four
     layers of half the resolution have as many texels as one map. The faces of a cube around a point
     light are not split.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal, TypeAlias
 
-from .base import ShadowMapMethod
+from .base import Resolution, ShadowMapMethod
 
 PagesOver: TypeAlias = Literal["receivers", "scene"]
 
@@ -40,6 +40,7 @@ class VirtualShadowMap(ShadowMapMethod):
     ----------
     resolution : int
         Texels of the finest level along each side. None of them takes memory until it is looked at.
+        A map in pages is a square: a level is chosen by the area of a texel. Any other is refused.
     page_size : int
         Texels of a page along each side: a power of two from 64 to 4096.
     pages : int
@@ -72,7 +73,7 @@ class VirtualShadowMap(ShadowMapMethod):
 
     name: ClassVar[str] = "virtual"
 
-    resolution: int = 16384
+    resolution: Resolution = 16384
     page_size: int = 128
     pages: int = 4096
     level_bias: float = 0.0

@@ -132,7 +132,8 @@ class WarpMethod(FittedWarp):
         One more factor for each cell of a grid of any size over the fitted map (every layer's), row
         0 at its top; finite, not negative.
     importance_resolution : int, optional
-        Cells along each side of the importance map. None: as many as the map has texels.
+        Cells along each side of the importance map. None: as many as the map has texels along its
+        longer side.
     previous : Frame, optional
         The previous frame, of the same method. Its importance maps are blended in, so that the warp
         follows the view slowly (Rosen, 5.5). Each layer uses the old layer that lies nearest; what
@@ -173,7 +174,8 @@ def _old_maps(method: type[WarpMethod], previous: Any) -> Any:
         )
     if len(previous.importance_map) == 0:
         return None
-    sides = np.array([1.0 / of_frame.resolution, 1.0 / of_frame.resolution, 1.0, 1.0])
+    width, height = of_frame.map_size
+    sides = np.array([1.0 / width, 1.0 / height, 1.0, 1.0])
     return OldMaps(previous.importance_map, previous.light_matrix * sides[:, None])
 
 

@@ -189,7 +189,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         let mut middles = [row.middle; MOST];
         let warp = layer.warp.and_then(Warping::functions);
         let functions = warp.map(|WarpMap { warp, inverses }| {
-            warp.functions_of_texel(inverses, layer.size.x as usize, row.middle)
+            warp.functions_of_texel(inverses, layer.texels, row.middle)
         });
         let size = self.v2(layer.size);
         let side = layer.comparison.side();
@@ -197,8 +197,8 @@ impl<S: Simd> BlockLookup<'_, S> {
             let texel = row.middle.map(|texel| texel + (i as f32 - reach));
             *middle = match (warp, functions) {
                 (Some(WarpMap { warp, inverses }), Some(functions)) => {
-                    let (texel, texels) = (self.nearest_on_map(texel), layer.size.x as usize);
-                    let linear = warp.linear_by_functions(inverses, texels, functions, texel);
+                    let texel = self.nearest_on_map(texel);
+                    let linear = warp.linear_by_functions(inverses, layer.texels, functions, texel);
                     linear.zip(size, |v, size| v * size)
                 }
                 _ => texel.map(|texel| texel + 0.5),

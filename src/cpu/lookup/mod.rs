@@ -29,6 +29,7 @@ use crate::bias::{Bias, Plane, Rule};
 use crate::fits::layer::Layer;
 use crate::lanes::{Lane, V2, V3};
 use crate::map_settings::{Comparison, Filter, MapSettings, position_rounding};
+use crate::map_size::MapSize;
 use crate::projection::{Formulas, KindVisitor, LaneKind};
 use crate::warp::Warping;
 use fearless_simd::prelude::*;
@@ -60,6 +61,8 @@ pub struct LookedUp<'a> {
     knows_own: bool,
     /// What rounding may move a position across its surface, world units.
     margin: f32,
+    texels: MapSize,
+    /// The same for arithmetic.
     size: DVec2,
     centre: DVec2,
 }
@@ -95,7 +98,8 @@ impl<'a> LookedUp<'a> {
             knows_own: settings.knows_own_triangle(),
             rule,
             margin: rounding as f32,
-            size: DVec2::new(f64::from(projection.width), f64::from(projection.height)),
+            texels: projection.size(),
+            size: projection.size().texels(),
             centre: projection.centre,
         }
     }
@@ -360,7 +364,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         match self.layer.warp {
             None => texel + V2::splat(splat(self.simd, 0.5)),
             Some(warp) => {
-                let linear = warp.linear_from_texel(self.layer.size.x as usize, texel);
+                let linear = warp.linear_from_texel(self.layer.texels, texel);
                 linear.zip(self.v2(self.layer.size), |v, size| v * size)
             }
         }

@@ -63,7 +63,7 @@ impl<S: Simd> BlockLookup<'_, S> {
                 row.place = warped.zip(size, |warped, size| warped * size);
                 row.functions = functions;
                 if warp.functions > 1 {
-                    row.patch = warp.patch_of(functions, self.layer.size.x as usize);
+                    row.patch = warp.patch_of(functions, self.layer.texels);
                 }
             }
             Some(Warping::Samples(samples)) => {
@@ -108,7 +108,7 @@ impl<S: Simd> BlockLookup<'_, S> {
             outside.x.sign(),
             Lane::select(along_x, zero, outside.y.sign()),
         );
-        let texels = self.layer.size.x as usize;
+        let texels = self.layer.texels;
         let across = warp.texel_across(row.linear, row.functions, side, texels);
         let last = self.v2(self.layer.size - 1.0);
         let across = across.zip(last, |texel, last| Lane::clamp(texel, zero, last));

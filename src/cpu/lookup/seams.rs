@@ -78,7 +78,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         let simd = self.simd;
         let reach = i32::from(self.layer.comparison.reach);
         let (x, y) = across.side;
-        let texels = self.layer.size.x as usize;
+        let texels = self.layer.texels;
         let WarpMap { warp, .. } = self.tearing_warp().expect("it tears the map");
         let direction = V2::new(splat(simd, x), splat(simd, y));
         let nearest = warp.texel_across(row.linear, row.functions, direction, texels);

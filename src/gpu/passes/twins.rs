@@ -4,6 +4,7 @@ use super::warp_map::WarpMap;
 use crate::gpu;
 use crate::gpu::recording::{Recording, Source};
 use crate::gpu::shaders::Shader;
+use crate::map_size::MapSize;
 use crate::neighbourhood;
 use crate::twin::{Random, run_on_device};
 use crate::warp::Warp;
@@ -36,21 +37,24 @@ fn functions(count: usize, cells: usize, texels: usize, random: &mut Random) -> 
 }
 
 /// What the pass "warp map" makes of functions: their inverses, and the least and greatest values of blocks of them.
-fn finished(warp: &Warp, texels: usize) -> [Vec<f32>; 3] {
+fn finished(warp: &Warp, size: MapSize) -> [Vec<f32>; 4] {
     let gpu = gpu::gpu("").unwrap();
     let mut frame = Recording::together(&gpu, 1, true).remove(0);
     let (functions, cells) = (warp.functions as u32, warp.boundaries as u32 - 1);
-    let map = WarpMap::new(&frame, functions, cells, texels as u32).unwrap();
-    let size = map.table.size() as usize / 4;
+    let map = WarpMap::new(&frame, functions, cells, size).unwrap();
+    let numbers = map.table.size() as usize / 4;
     let values = bytemuck::cast_slice(&warp.values);
     gpu.queue.write_buffer(&map.table, 0, values);
-    map.finish(&mut frame, texels as u32);
-    let read = frame.read::<f32>(Source::Kept(&map.table), size).unwrap();
+    map.finish(&mut frame, size);
+    let read = frame
+        .read::<f32>(Source::Kept(&map.table), numbers)
+        .unwrap();
     let table = frame.submit().unwrap().take(&read).unwrap();
     let blocks = warp.functions.div_ceil(16) * warp.boundaries;
     let mut rest = &table[warp.values.len()..];
-    [warp.functions * texels, blocks, blocks].map(|count| {
-        let (part, others) = rest.split_at(2 * count);
+    let inverses = [size.width, size.height].map(|texels| warp.functions * texels as usize);
+    [inverses[0], inverses[1], 2 * blocks, 2 * blocks].map(|count| {
+        let (part, others) = rest.split_at(count);
         rest = others;
         part.to_vec()
     })
@@ -60,36 +64,43 @@ fn finished(warp: &Warp, texels: usize) -> [Vec<f32>; 3] {
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn the_shader_inverts_functions_as_rust_does() {
     let mut random = Random(1);
-    for (count, cells, texels) in [
-        (1, 1, 1),
-        (1, 32, 64),
-        (5, 33, 48),
-        (70, 8, 16),
-        (2, 600, 256),
+    for (count, cells, width, height) in [
+        (1, 1, 1, 1),
+        (1, 32, 64, 64),
+        (5, 33, 48, 130),
+        (70, 8, 16, 7),
+        (2, 600, 256, 31),
     ] {
+        let size = MapSize { width, height };
         let warp = Warp {
             functions: count,
             boundaries: cells + 1,
-            values: functions(count, cells, texels, &mut random),
+            values: functions(count, cells, width as usize, &mut random),
         };
-        let [found, least, greatest] = finished(&warp, texels);
-        let expected = warp.inverses(texels);
-        assert_eq!(found.len(), expected.len());
-        for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            // Rounding of a step within a cell.
-            assert!((found - expected).abs() < 1e-5, "{i}: {found} {expected}");
-            // What an inverse is: up to there the function is below the centre of the texel, and beyond it above.
-            let function = &warp.values[i / texels * warp.boundaries..][..warp.boundaries];
-            let centre = ((i % texels) as f64 + 0.5) / texels as f64;
-            let at = |place: f64| {
-                let place = place.clamp(0.0, 1.0) * cells as f64;
-                let cell = (place as usize).min(cells - 1);
-                let [a, b] = [function[cell], function[cell + 1]].map(f64::from);
-                a + (b - a) * (place - cell as f64)
-            };
-            let (before, after) = (f64::from(*found) - 1e-5, f64::from(*found) + 1e-5);
-            let is_inverse = at(before) <= centre + 1e-6 && centre - 1e-6 <= at(after);
-            assert!(is_inverse, "{i}: {found} {centre}");
+        let [along_x, along_y, least, greatest] = finished(&warp, size);
+        let expected = warp.inverses(size);
+        let axes = warp.values.chunks(count * warp.boundaries);
+        let axes = axes.zip([width as usize, height as usize]);
+        for ((found, expected), (values, texels)) in
+            [along_x, along_y].iter().zip(&expected).zip(axes)
+        {
+            assert_eq!(found.len(), expected.len());
+            for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
+                // Rounding of a step within a cell.
+                assert!((found - expected).abs() < 1e-5, "{i}: {found} {expected}");
+                // What an inverse is: up to there the function is below the centre of the texel, and beyond it above.
+                let function = &values[i / texels * warp.boundaries..][..warp.boundaries];
+                let centre = ((i % texels) as f64 + 0.5) / texels as f64;
+                let at = |place: f64| {
+                    let place = place.clamp(0.0, 1.0) * cells as f64;
+                    let cell = (place as usize).min(cells - 1);
+                    let [a, b] = [function[cell], function[cell + 1]].map(f64::from);
+                    a + (b - a) * (place - cell as f64)
+                };
+                let (before, after) = (f64::from(*found) - 1e-5, f64::from(*found) + 1e-5);
+                let is_inverse = at(before) <= centre + 1e-6 && centre - 1e-6 <= at(after);
+                assert!(is_inverse, "{i}: {found} {centre}");
+            }
         }
         let blocks = warp.values.chunks(count * warp.boundaries);
         let blocks = blocks.flat_map(|axis| axis.chunks(16 * warp.boundaries));

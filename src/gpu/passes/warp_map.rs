@@ -5,6 +5,7 @@ use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::shader_struct::shader_struct;
+use crate::map_size::MapSize;
 use crate::warp::{self, Axis, CountFit, MAX_CELLS, Warp};
 
 pub const LABEL: &str = "warp map";
@@ -80,30 +81,31 @@ impl Kernel {
 }
 
 impl WarpMap {
-    /// Room for `functions` functions of `cells` cells along each axis of a map of `resolution`
+    /// Room for `functions` functions of `cells` cells along each axis of a map of so many
     /// texels; what they are is undefined.
-    pub fn new(frame: &Recording, functions: u32, cells: u32, resolution: u32) -> Result<Self> {
+    pub fn new(frame: &Recording, functions: u32, cells: u32, size: MapSize) -> Result<Self> {
         assert!(cells <= MAX_CELLS, "{cells} cells");
         let boundaries = u64::from(cells) + 1;
         let forward = u64::from(functions) * boundaries;
-        let inverse = u64::from(functions) * u64::from(resolution);
+        let inverses =
+            [size.width, size.height].map(|texels| u64::from(functions) * u64::from(texels));
         let envelope = u64::from(functions.div_ceil(BLOCK)) * boundaries;
-        let size = 4 * 2 * (forward + inverse + 2 * envelope);
+        let bytes = 4 * (2 * forward + inverses[0] + inverses[1] + 4 * envelope);
         // Refused here if it is more than 32 bits can count.
-        let table = frame.storage(LABEL, size)?;
+        let table = frame.storage(LABEL, bytes)?;
         let mut end = 0;
-        let mut next = |size: u64| {
-            let first = [end as u32, (end + size) as u32];
-            end += 2 * size;
+        let mut next = |[along_x, along_y]: [u64; 2]| {
+            let first = [end as u32, (end + along_x) as u32];
+            end += along_x + along_y;
             first
         };
         let layout = Layout {
             functions: [functions; 2],
             cells: [cells; 2],
-            forward: next(forward),
-            inverse: next(inverse),
-            least: next(envelope),
-            greatest: next(envelope),
+            forward: next([forward; 2]),
+            inverse: next(inverses),
+            least: next([envelope; 2]),
+            greatest: next([envelope; 2]),
         };
         Ok(Self {
             table,
@@ -112,13 +114,13 @@ impl WarpMap {
         })
     }
 
-    fn axis(&self, axis: Axis, resolution: u32, window: u32, blur_sigma: f64) -> AxisUniform {
+    fn axis(&self, axis: Axis, size: MapSize, window: u32, blur_sigma: f64) -> AxisUniform {
         let i = axis as usize;
         AxisUniform {
             functions: self.layout.functions[i],
             cells: self.layout.cells[i],
             rows: self.layout.cells[1 - i],
-            texels: resolution,
+            texels: size.along(axis),
             window,
             forward: self.layout.forward[i],
             inverse: self.layout.inverse[i],
@@ -137,7 +139,7 @@ impl WarpMap {
         &self,
         frame: &mut Recording,
         axis: Axis,
-        resolution: u32,
+        size: MapSize,
         counts: &wgpu::Buffer,
         fit: CountFit,
     ) -> Result<()> {
@@ -145,7 +147,7 @@ impl WarpMap {
         let uniform = AxisUniform {
             exponent: fit.exponent as f32,
             even_share: fit.even_share as f32,
-            ..self.axis(axis, resolution, window, 1.0)
+            ..self.axis(axis, size, window, 1.0)
         };
         let AxisUniform {
             functions,
@@ -153,9 +155,9 @@ impl WarpMap {
             cells,
             ..
         } = uniform;
-        let size = 8 * u64::from(rows) * u64::from(cells);
-        let one = frame.storage("weights", size)?;
-        let two = frame.storage("smoothed weights", size)?;
+        let bytes = 8 * u64::from(rows) * u64::from(cells);
+        let one = frame.storage("weights", bytes)?;
+        let two = frame.storage("smoothed weights", bytes)?;
         let with_axis = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
         let widen = Kernel::new("warp_map").entry("widen").bind(1, counts);
         let by_weight = Groups::Linear((u64::from(rows) * u64::from(cells)).div_ceil(64));
@@ -184,13 +186,13 @@ impl WarpMap {
         &self,
         frame: &mut Recording,
         axis: Axis,
-        resolution: u32,
+        size: MapSize,
         importance: &wgpu::Buffer,
         sigma: f64,
     ) -> Result<()> {
         let cells = self.layout.cells[axis as usize];
         let sigma = warp::blur_within(cells, sigma);
-        let uniform = self.axis(axis, resolution, 0, sigma);
+        let uniform = self.axis(axis, size, 0, sigma);
         let collapsed = frame.storage("maxima", 4 * u64::from(cells))?;
         let blurred = frame.storage("blurred maxima", 4 * u64::from(cells))?;
         let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
@@ -222,12 +224,12 @@ impl WarpMap {
     }
 
     /// Inverses and envelopes, once the functions along both axes are there.
-    pub fn finish(&self, frame: &mut Recording, resolution: u32) {
+    pub fn finish(&self, frame: &mut Recording, size: MapSize) {
         let mut dispatches = Vec::new();
         for axis in [Axis::X, Axis::Y] {
-            let uniform = self.axis(axis, resolution, 0, 1.0);
+            let uniform = self.axis(axis, size, 0, 1.0);
             let (functions, boundaries) = (uniform.functions, uniform.cells + 1);
-            let by_texel = Groups::Grid(resolution.div_ceil(64), functions);
+            let by_texel = Groups::Grid(uniform.texels.div_ceil(64), functions);
             let by_boundary = Groups::Grid(boundaries.div_ceil(64), functions.div_ceil(BLOCK));
             let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
             let kernel = kernel.bind(4, &self.table);

@@ -14,6 +14,7 @@ use crate::gpu::passes::{
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::unsure::UnsureTests;
 use crate::map_settings::{Comparison, MapSettings, position_rounding};
+use crate::map_size::MapSize;
 
 /// Texels along each side of the map that settles receivers before they are listed, at most.
 const MAX_MAP_TEXELS: u32 = 1024;
@@ -152,7 +153,7 @@ impl View<'_> {
             };
             let seen = self.seen.within(region, tiles.as_deref());
             // The nearest casters, which settle most receivers that are in shadow.
-            let map = projection.with_resolution(projection.width.min(MAX_MAP_TEXELS));
+            let map = projection.with_size(MapSize::square(projection.width.min(MAX_MAP_TEXELS)));
             let texels =
                 shadow_map::shadow_map(&mut self.frame, self.seen.scene, RasterJob::plain(&map))?;
             let grid = LightGrid::new(seen.scene, self.camera, projection, map.width);

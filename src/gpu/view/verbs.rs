@@ -16,6 +16,7 @@ use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Source;
 use crate::importance::{EdgeBias, Factors, Grid, Importance, OldImportance};
 use crate::map_settings::MapSettings;
+use crate::map_size::MapSize;
 use crate::paging::Paging;
 use crate::verbs::{FitQueries, Traversal, Verbs};
 use crate::warp::tables::Table;
@@ -186,37 +187,37 @@ impl<'a> Verbs<'a> for View<'a> {
         blend_importance(&mut self.frame, importance, old, warp)
     }
 
-    fn warp(&mut self, functions: u32, cells: u32, resolution: u32) -> Result<WarpMap> {
-        WarpMap::new(&self.frame, functions, cells, resolution)
+    fn warp(&mut self, functions: u32, cells: u32, size: MapSize) -> Result<WarpMap> {
+        WarpMap::new(&self.frame, functions, cells, size)
     }
 
     fn fit_counts(
         &mut self,
         warp: &mut WarpMap,
         axis: Axis,
-        resolution: u32,
+        size: MapSize,
         counts: &ImportanceMap,
         fit: CountFit,
     ) -> Result<()> {
-        warp.fit_counts(&mut self.frame, axis, resolution, &counts.values, fit)
+        warp.fit_counts(&mut self.frame, axis, size, &counts.values, fit)
     }
 
     fn fit_maxima(
         &mut self,
         warp: &mut WarpMap,
         axis: Axis,
-        resolution: u32,
+        size: MapSize,
         importance: &ImportanceMap,
         sigma: f64,
     ) -> Result<()> {
-        warp.fit_maxima(&mut self.frame, axis, resolution, &importance.values, sigma)
+        warp.fit_maxima(&mut self.frame, axis, size, &importance.values, sigma)
     }
 
     fn set_functions(&mut self, warp: &mut WarpMap, values: &[f32]) {
         warp.set(&mut self.frame, values);
     }
 
-    fn sampled_warp(&mut self, _: &Table, _: u32) -> Result<WarpMap> {
+    fn sampled_warp(&mut self, _: &Table, _: MapSize) -> Result<WarpMap> {
         Err(Error::Device(
             "warps by samples have no form on the GPU engine; take device='cpu'".to_string(),
         ))
@@ -236,7 +237,7 @@ impl<'a> Verbs<'a> for View<'a> {
         Ok(warp.layout.functions_of(values))
     }
 
-    fn finish_warp(&mut self, warp: &mut WarpMap, resolution: u32) {
-        warp.finish(&mut self.frame, resolution);
+    fn finish_warp(&mut self, warp: &mut WarpMap, size: MapSize) {
+        warp.finish(&mut self.frame, size);
     }
 }

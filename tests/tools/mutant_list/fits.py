@@ -15,6 +15,10 @@ ROWS = ("pytest", "tests/test_log_psm.py", "-k", "follow_from")
 LOG_IN_RUST = ("cargo", "--lib", "log_perspective")
 TURNED = ("cargo", "--lib", "projection")
 TRAPEZOIDS = ("cargo", "--lib", "fits::trapezoid")
+SHAPES = ("cargo", "--lib", "map_size")
+RECTANGLES = ("cargo", "--lib", "fits::hull")
+STEPS = ("cargo", "--lib", "samples")
+LAID = ("pytest", "tests/test_map_shapes.py", "-k", "lies_along")
 
 LOG = "src/fits/log_perspective.rs"
 TRAPEZOID = "src/fits/trapezoid.rs"
@@ -28,12 +32,29 @@ GIVEN = "src/fits/given.rs"
 
 MUTANTS = (
     Mutant(
+        "shapes", "a wide box lies along the fewer texels of a high map", "src/map_size.rs",
+        "Ordering::Less => sides.x > sides.y", "Ordering::Less => false", SHAPES,
+    ),
+    Mutant(
+        "shapes", "the longer side of a rectangle may have fewer samples", "src/fits/hull.rs",
+        "Some(parallelogram.focus_lengthwise(view, frame))",
+        "Some(parallelogram.focus(view, frame))", RECTANGLES,
+    ),
+    Mutant(
+        "shapes", "a map of the receivers lies as a square does", "src/fits/boxes.rs",
+        "laid_lengthwise(&projection, corners, sides, size)", "(projection.clone(), corners)", LAID,
+    ),
+    Mutant(
+        "shapes", "the steps of samples are shares of the sides", "src/warp/samples.rs",
+        "DVec2::new(x.x, x.y / aspect)", "DVec2::new(x.x, x.y)", STEPS,
+    ),
+    Mutant(
         "logarithmic", "rows in the corners of an image are no longer", LOG,
         "log_ratio * (1.0 + steepest * steepest).sqrt()", "log_ratio", LEAST_ERROR,
     ),
     Mutant(
         "logarithmic", "the rows of the margin are left out", LOG,
-        "side / ((1.0 + 2.0 * size.margin) * log_ratio)", "side / log_ratio", ROWS,
+        "rows / ((1.0 + 2.0 * frame.margin) * log_ratio)", "rows / log_ratio", ROWS,
     ),
     Mutant(
         "logarithmic", "half of the rows lie nearer than half of the way", LOG,
