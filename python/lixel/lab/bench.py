@@ -32,6 +32,7 @@ from . import peers
 from .options import DEFAULT_SCENE, SCENE_HELP, add_methods, add_output, add_size, device_of
 from .report import progress, status, table
 from .result_tables import provenance
+from .study import cell
 from .timing import moved_by_a_hair
 from .views import SIZE, scene_and_views
 
@@ -214,7 +215,7 @@ def measure(truth: Reference, methods: Sequence[Method], repeats: int = 15) -> l
 
 def _row(contender: _Contender) -> dict[str, Any]:
     method, wall, passes = contender.method, contender.wall, contender.passes
-    row = {"method": method.spelling, "resolution": method.map_resolution}
+    row = {"method": method.spelling, "resolution": cell(method.map_resolution)}
     if contender.error is not None:
         return {**row, "error": contender.error}
     labels = dict.fromkeys(label for each in passes for label in each)

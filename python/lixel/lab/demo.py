@@ -12,12 +12,13 @@ from ..camera import Camera
 from ..compare import compare
 from ..frame import FrameParts, frame_parts, has_form, render
 from ..light import Light, PointLight
-from ..methods import METHODS, Method, method_from
+from ..methods import METHODS, Method, method_from, resolution_text
 from ..pictures import display
 from ..reference import reference
 from ..scene import Scene
 from .options import add_output, add_size, keep
 from .report import progress, status, table, waiting
+from .study import cell
 from .views import SIZE
 
 AROUND_A_POINT_LIGHT = ("cube", "cube+rtw", "dual_paraboloid", "improved_paraboloid", "ray_traced")
@@ -110,7 +111,7 @@ def evaluate(
         timings = {**shared, **frame.timings}
         found = compare(frame.visibility, truth)
         if folder is not None:
-            size = "" if resolution is None else f"-{resolution}"
+            size = "" if resolution is None else f"-{resolution_text(resolution)}"
             made_by = {
                 **view,
                 "method": image_files.method_record(method),
@@ -122,7 +123,7 @@ def evaluate(
         rows.append(
             {
                 "method": name,
-                "resolution": "" if resolution is None else resolution,
+                "resolution": "" if resolution is None else cell(resolution),
                 "ms": sum(timings.values()),
                 "misclassified": found.misclassified_count,
                 "% of covered": 100.0 * found.rate_covered,

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from ..camera import Camera
 from ..light import Light
 from ..load import FORMATS
-from ..methods import METHODS, PAPERS, Method, method_from
+from ..methods import METHODS, PAPERS, Method, Resolution, method_from
 from ..scene import Scene
 from ..scenes import GENERATORS
 from .report import table
@@ -49,6 +49,8 @@ THREADS_VARIABLE = "LIXEL_THREADS"
 """The core reads it where no number of threads is given."""
 
 MORE = "may be given more than once"
+
+RESOLUTION_HELP = "texels along each side of the map, or 1024x512 for so many columns and rows"
 
 PICTURES = (".png", ".svg", ".pdf")
 """Endings of what matplotlib draws."""
@@ -133,13 +135,13 @@ def add_methods(parser: Container, default: str = "all") -> None:
     )  # fmt: skip
 
 
-def add_one_method(parser: argparse.ArgumentParser, resolution: int | None = None) -> None:
+def add_one_method(parser: argparse.ArgumentParser, resolution: Resolution | None = None) -> None:
     """`--method` and `--resolution`, one of each, and `--set`."""
     group = parser.add_argument_group("method")
     group.add_argument("--method", default="desired_view", metavar="NAME", help=METHOD_HELP)
     group.add_argument(
-        "--resolution", type=int, default=resolution, metavar="N",
-        help=f"texels along a side of the map; default: {resolution or 'that of the method'}",
+        "--resolution", type=map_resolution, default=resolution, metavar="N|WxH",
+        help=f"{RESOLUTION_HELP}; default: {resolution or 'that of the method'}",
     )  # fmt: skip
     add_parameters(group)
 
@@ -147,8 +149,8 @@ def add_one_method(parser: argparse.ArgumentParser, resolution: int | None = Non
 def add_resolutions(parser: Container, default: str) -> None:
     """`--resolution`, a list, and its default in words."""
     parser.add_argument(
-        "--resolution", action="append", type=int, metavar="N",
-        help=f"texels along a side of the map; {MORE}; default: {default}",
+        "--resolution", action="append", type=map_resolution, metavar="N|WxH",
+        help=f"{RESOLUTION_HELP}; {MORE}; default: {default}",
     )  # fmt: skip
 
 
@@ -188,6 +190,15 @@ def image_size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
+def map_resolution(text: str) -> Resolution:
+    """Texels of a map, along each side or (width, height)."""
+    sides = text.lower().split("x")
+    if not (len(sides) in (1, 2) and all(side.isdecimal() for side in sides)):
+        raise argparse.ArgumentTypeError(f"must be N or WIDTHxHEIGHT in texels, got {text!r}")
+    first, last = int(sides[0]), int(sides[-1])
+    return first if len(sides) == 1 else (first, last)
+
+
 def natural(text: str) -> int:
     """A count, zero or more."""
     if not text.isdecimal():
@@ -206,12 +217,20 @@ def parameter(text: str) -> tuple[str, Any]:
         return name, value  # no Python literal: a string
 
 
-def method_with(name: str, resolution: int | None, parameters: Sequence[tuple[str, Any]]) -> Method:
+def method_with(
+    name: str, resolution: Resolution | None, parameters: Sequence[tuple[str, Any]]
+) -> Method:
     """The method of a name, with parameters; the resolution, where one is given, is one more."""
     values = dict(parameters)
     if resolution is not None:
         values["resolution"] = resolution
     return method_from(name, **values)
+
+
+def texels_text(method: Method) -> str:
+    """The size of a method's map as a title has it."""
+    width, height = method.map_size or (0, 0)
+    return f"{width}²" if width == height else f"{width} x {height}"
 
 
 def path_ending_in(*endings: str) -> Callable[[str], Path]:

@@ -29,6 +29,7 @@ from .options import (
     add_resolutions,
     add_scene_and_view,
     method_with,
+    texels_text,
     view_of,
 )
 from .report import progress, waiting
@@ -94,7 +95,7 @@ def _draw_view(frame: Frame, found: Comparison, ax: Axes) -> None:
     picture[found.false_lit] = FALSE_LIT
     picture[found.false_shadow] = FALSE_SHADOW
     ax.imshow(picture, interpolation="nearest")
-    size = f", {frame.method.map_resolution}² texels" if len(frame.shadow_map) else ""
+    size = f", {texels_text(frame.method)} texels" if len(frame.shadow_map) else ""
     ax.set_title(
         f"{frame.method.spelling}{size}\n{found.misclassified_count:,} pixels misclassified",
         fontsize="large",

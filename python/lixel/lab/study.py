@@ -82,6 +82,7 @@ def study(
         None: all of `METHODS`.
     parameters : mapping of str to values, optional
         Every combination of the values is set in each method that has these parameters.
+        Of ``{"resolution": [512, (1024, 256)]}`` the second is "1024x256" in the table.
     size : (width, height), optional
         Of the images in pixels; None: the cameras' own.
     device : str, optional
@@ -130,12 +131,11 @@ def study(
     >>> table[["method", "resolution"]].values.tolist()
     [['uniform', 64], ['uniform', 128], ['rtw', 64], ['rtw', 128]]
     """
-    pandas = needs("pandas", "study")
+    needs("pandas", "study")
     cases = list(cases_of(scenes, cameras, lights, methods, parameters, size, device))
     log = Journal(None if journal is None else Path(journal), {case.key for case in cases})
     complete = _run(cases, count("repeats", repeats), executor, log, progress)
-    rows = [row for case in cases for row in _rows(case, log.of(case.key))]
-    table = pandas.DataFrame(rows, columns=_merged(rows))
+    table = _table_of([row for case in cases for row in _rows(case, log.of(case.key))])
     table.attrs["complete"] = complete
     return table
 
@@ -254,6 +254,14 @@ def _samples(task: Sequence[tuple[Case, int]]) -> list[Record]:
 # --- The table ---
 
 
+def _table_of(rows: Sequence[Mapping[str, Any]]) -> pandas.DataFrame:
+    table = needs("pandas", "study").DataFrame(rows, columns=_merged(rows))
+    if any(isinstance(row.get("resolution"), str) for row in rows):
+        # A column has one type: where a map is not square, all are texts.
+        table["resolution"] = table["resolution"].map(str, na_action="ignore")
+    return table
+
+
 def _rows(case: Case, records: Sequence[Record]) -> Iterator[dict[str, Any]]:
     """A row for each device."""
     by_device: dict[tuple[str, str], list[Record]] = defaultdict(list)
@@ -329,6 +337,8 @@ def cell(value: Any) -> Any:
         return value
     if isinstance(value, (list, tuple)) and all(isinstance(item, str) for item in value):
         return ", ".join(value)
+    if isinstance(value, tuple) and len(value) == 2 and all(type(item) is int for item in value):
+        return "x".join(map(str, value))
     return repr(canonical(value))
 
 

@@ -206,6 +206,14 @@ def time_against_error_by_view(table: pandas.DataFrame, **options: Any) -> list[
     return list(axes.flat)
 
 
+def _side(resolution: Any) -> Any:
+    """Of a square of as many texels: 512 of ``"1024x256"``."""
+    if not isinstance(resolution, str):
+        return resolution
+    sides = [int(side) for side in resolution.split("x")]
+    return math.sqrt(sides[0] * sides[-1])
+
+
 def error_against_resolution(
     table: pandas.DataFrame,
     ax: Axes | None = None,
@@ -221,7 +229,7 @@ def error_against_resolution(
     table, ax, error, by
         As for `time_against_error`.
     resolution : str
-        The column across.
+        The column across. A map that is not square stands where the square of as many texels does.
 
     Raises
     ------
@@ -229,6 +237,7 @@ def error_against_resolution(
         As for `time_against_error`.
     """
     table = _one_view(table, error, resolution, *_listed(by))
+    table = table.assign(**{resolution: [_side(value) for value in table[resolution]]})
     ax = axes_or_new(ax)
     ax.set_xscale("log", base=2)
     _scale_errors(ax, table[error])

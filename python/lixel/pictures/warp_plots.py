@@ -105,16 +105,17 @@ def unwarped_depths(frame: _Maps, layer: int = 0) -> np.ma.MaskedArray[Any, Any]
     if not len(frame.warp_map):
         return depths
     # Finer than the map: the warp has made some of its texels narrow.
-    side = 2 * len(depths)
-    centres = (np.arange(side) + 0.5) / side
-    places = np.stack(np.meshgrid(centres, centres), axis=-1).reshape(-1, 2)
+    rows, columns = 2 * np.array(depths.shape)
+    centres = [(np.arange(count) + 0.5) / count for count in (columns, rows)]
+    places = np.stack(np.meshgrid(*centres), axis=-1).reshape(-1, 2)
     warped = warp_points(frame.warp_map[layer], places)
     is_reached = _is_in_map(warped)
-    texels = np.where(is_reached[:, None], warped, 0.0) * len(depths)
-    column, row = np.minimum(texels, len(depths) - 1).astype(int).T
+    size = np.array(depths.shape[::-1])
+    texels = np.where(is_reached[:, None], warped, 0.0) * size
+    column, row = np.minimum(texels, size - 1).astype(int).T
     found = depths[row, column]
     found[~is_reached] = np.ma.masked
-    return found.reshape(side, side)  # type: ignore[no-any-return]
+    return found.reshape(rows, columns)  # type: ignore[no-any-return]
 
 
 def _is_in_map(places: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from ...arguments import needs
 from ...camera import Camera
 from ...methods import Method
 from ...scenes import GENERATORS, rotation
+from ..options import texels_text
 from ..report import status, table
 from ..result_tables import save
 from ..study import cell, study
@@ -244,8 +245,7 @@ def _range(ms: pandas.Series) -> str:
 
 
 def _ours(method: Method) -> str:
-    resolution = getattr(method, "resolution", None)
-    return method.name if resolution is None else f"{method.name} {resolution}²"
+    return method.name if method.map_size is None else f"{method.name} {texels_text(method)}"
 
 
 def turned(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:

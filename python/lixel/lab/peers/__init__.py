@@ -29,14 +29,16 @@ from ...camera import Camera
 from ...compare import compare
 from ...frame import render_shadows
 from ...light import DirectionalLight, Light, PointLight
-from ...methods import Method, method_from
+from ...methods import Method, method_from, resolution_text
 from ...reference import Reference, reference
 from ...scene import Scene
 from ..options import (
+    RESOLUTION_HELP,
     add_methods,
     add_output,
     add_scene_and_view,
     keep,
+    map_resolution,
     view_of,
 )
 from ..rays import refuse_holes
@@ -82,8 +84,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_scene_and_view(parser)
     add_methods(parser, f"{', '.join(METHODS)}, as far as they take the light")
     parser.add_argument(
-        "--resolution", type=int, default=2048, metavar="N",
-        help="texels along a side of the maps; default: 2048",
+        "--resolution", type=map_resolution, default=2048, metavar="N|WxH",
+        help=f"{RESOLUTION_HELP}; default: 2048",
     )  # fmt: skip
     parser.add_argument("--repeats", type=int, default=15, metavar="N", help="timed frames")
     add_output(parser, "write the table, .csv or .parquet")
@@ -171,7 +173,8 @@ def measure(
 
 def _own(scene: Scene, camera: Camera, light: Light, method: Method) -> _Contender:
     """A method of lixel."""
-    name = f"lixel {method.name} {method.map_resolution or ''}".rstrip()
+    size = "" if method.map_resolution is None else resolution_text(method.map_resolution)
+    name = f"lixel {method.name} {size}".rstrip()
 
     def render(seen_by: Camera) -> npt.NDArray[np.float32]:
         return render_shadows(scene, seen_by, light, method)
