@@ -111,7 +111,7 @@ impl ShadowMethod for NonOrthogonalWarp {
         let mut warped = Vec::new();
         for (i, layer) in layers.iter().enumerate() {
             let (mut warp, importance) = functions_of(view, layer, i, smoothing)?;
-            view.finish_warp(&mut warp, layer.projection.width);
+            view.finish_warp(&mut warp, layer.projection.size());
             warped.push(WarpedLayer {
                 layer: layer.clone(),
                 warp: Some(warp),
