@@ -160,7 +160,7 @@ MUTANTS = (
     ),
     Mutant(
         "rules", "what is above zero may be zero", SCHEMA,
-        "Least::AboveZero => number > 0.0,",
-        "Least::AboveZero => number >= 0.0,", RULES,
+        "Self::AboveZero => number > 0.0,",
+        "Self::AboveZero => number >= 0.0,", RULES,
     ),
 )  # fmt: skip
