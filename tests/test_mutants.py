@@ -39,11 +39,14 @@ def test_every_word_that_chooses_tests_finds_some():
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
     listed = subprocess.run([*command, *sorted(files)], cwd=ROOT, capture_output=True, text=True)
     known = listed.stdout.splitlines()
-    sources = [path.relative_to(ROOT / "src") for path in (ROOT / "src").rglob("*.rs")]
-    modules = ["::".join(path.with_suffix("").parts) for path in sources]
+    of_rust = []
+    for path in (ROOT / "src").rglob("*.rs"):
+        module = "::".join(path.relative_to(ROOT / "src").with_suffix("").parts)
+        functions = re.findall(r"#\[test\]\n(?: *#.*\n)* *fn (\w+)", path.read_text())
+        of_rust += [module, *(f"{module}::{function}" for function in functions)]
     for tests in chosen:
         own = [test for test in known if test.split("::")[0] in tests]
-        names = modules if tests[0] == "cargo" else own
+        names = of_rust if tests[0] == "cargo" else own
         missing = [word for word in words_of(tests) if not any(word in name for name in names)]
         assert names
         assert missing == [], tests

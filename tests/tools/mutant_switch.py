@@ -25,10 +25,23 @@ fn chosen_mutant() -> u32 {{
 }}
 """
 
+# Before the name of a function: that it has no code of its own.
+INLINED = re.compile(
+    r"#\[inline\(always\)\](\n(?:[ \t]*(?:#\[.*\]|///.*)\n)*[ \t]*(?:pub(?:\(.*\))? )?)$"
+)
+
 # Comments, texts and characters: braces in them are none.
 NO_CODE = re.compile(
     r'//[^\n]*|/\*.*?\*/|b?r(#*)".*?"\1|b?"(?:\\.|[^"\\])*"|b?\'(?:\\[^\']+|[^\'\\])\'', re.DOTALL
 )
+
+
+def apart(before: str) -> str:
+    """What stands before a function, whose code is then not copied to where it is called.
+
+    Bodies of bodies would multiply.
+    """
+    return INLINED.sub(r"#[inline(never)]\1", before)
 
 
 def bodies(text: str) -> list[tuple[int, int]]:
@@ -75,26 +88,24 @@ def switched(text: str, mutants: dict[int, Mutant]) -> tuple[str, set[int]]:
             for number in numbers
         ]
         body = "\n".join(["{ match crate::chosen_mutant() {", *arms, f"_ => {own}", "} }"])
-        text = text[:start] + body + text[end:]
+        head = text.rindex("fn ", 0, start)
+        text = apart(text[:head]) + text[head:start] + body + text[end:]
         done.update(numbers)
     return text, done
 
 
-def switch(folder: Path, mutants: dict[int, Mutant]) -> set[int]:
-    """Puts mutants into the sources of a copy; the numbers of those that there are then.
+def switched_files(root: Path, mutants: dict[int, Mutant]) -> tuple[dict[str, str], set[int]]:
+    """The files of a project with mutants in them, and the numbers of these.
 
-    The others are shaders', or of what is no function.
+    The others are of other languages, or of what is no function.
     """
     of_file: dict[str, dict[int, Mutant]] = defaultdict(dict)
     for number, mutant in mutants.items():
         if mutant.file.endswith(".rs"):
             of_file[mutant.file][number] = mutant
-    done = set()
+    files, done = {}, set()
     for name, own in of_file.items():
-        path = folder / name
-        text, numbers = switched(path.read_text(), own)
-        path.write_text(text)
+        files[name], numbers = switched((root / name).read_text(), own)
         done |= numbers
-    root = folder / "src" / "lib.rs"
-    root.write_text(root.read_text() + CHOSEN)
-    return done
+    files["src/lib.rs"] = (root / "src" / "lib.rs").read_text() + CHOSEN
+    return files, done

@@ -16,5 +16,10 @@ class Mutant:
     new: str
     tests: tuple[str, ...]
     """Options of `cargo test`, or of pytest, that choose the tests which must fail."""
-    device: str = "gpu"
-    """The engine of all tests that name none."""
+    device: str = ""
+    """The engine of all tests that name none, if it is not the mutant's own."""
+
+    @property
+    def engine(self) -> str:
+        of_cpu = self.tests[0] == "pytest" and not self.file.startswith("shaders/")
+        return self.device or ("cpu" if of_cpu else "gpu")
