@@ -416,10 +416,14 @@ mod tests {
         let corners = [[DVec3::Z; 3]; 2];
         let masks = Masks::new(vec![whole.clone()], &[0, -1, 0], &corners).unwrap();
         assert!(masks.is_none());
-        let dim = [[DVec3::Z * 0.9; 3], [DVec3::Z; 3]];
-        let masks = Masks::new(vec![whole], &[0, -1, 0], &dim).unwrap().unwrap();
-        assert_eq!(masks.masked_count(), 1);
-        assert!(masks.of_triangle(0).is_some());
-        assert!(masks.of_triangle(1).is_none() && masks.of_triangle(2).is_none());
+        // One corner is enough.
+        for dim in [[0.9; 3], [0.9, 1.0, 1.0], [1.0, 1.0, 0.9]] {
+            let corners = [dim.map(|factor| DVec3::Z * factor), [DVec3::Z; 3]];
+            let masks = Masks::new(vec![whole.clone()], &[0, -1, 0], &corners);
+            let masks = masks.unwrap().unwrap();
+            assert_eq!(masks.masked_count(), 1);
+            assert!(masks.of_triangle(0).is_some());
+            assert!(masks.of_triangle(1).is_none() && masks.of_triangle(2).is_none());
+        }
     }
 }

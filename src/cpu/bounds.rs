@@ -4,12 +4,14 @@ use super::bins::{Bins, Cover, bins};
 use super::lanes::{LANES, Simd, dispatch, f32x16, f64x8, level};
 use super::light_grid::{CELL, GRID, LightGrid};
 use super::light_space::LightSpace;
-use super::rasterize::{NONE, rasterize};
+use super::rasterize::{NONE, Painter, rasterize};
+use super::ray_bins::ray_bins;
 use super::receivers::{
     BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, faces_around,
 };
 use super::shapes::{Corners, Shapes};
-use super::tiles::{BLOCK, TILE, Tiling};
+use super::tile_rays::{Places, Taken, TileRays};
+use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
 use super::view::{Nearness, Place, View};
 use crate::camera::{Camera, Rays};
 use crate::fits::central::turned_cube_faces;
@@ -96,6 +98,137 @@ fn a_triangle_is_in_every_tile_that_it_covers_a_part_of() {
 }
 
 #[test]
+fn a_triangle_whose_edge_ends_a_hair_beyond_a_tile_is_in_it() {
+    let mut random = Random(9);
+    let mut found = 0;
+    for round in 0..3000 {
+        let cover = [Cover::Middles, Cover::Whole][random.below(2)];
+        // The first or the last column or row of a tile: an edge along it, on the side of the tile's border.
+        let axis = random.below(2);
+        let side = [-1.0, 1.0][random.below(2)];
+        let mut at = DVec2::new(random.share(), random.share()) * 40.0 + 70.0;
+        at[axis] = TILE as f64 * (1 + random.below(2)) as f64;
+        if cover == Cover::Middles {
+            at = at.floor() + 0.5;
+            at[axis] -= (random.below(2)) as f64;
+        }
+        let hair = 10_f64.powf(-7.0 * random.share()) * 0.4;
+        let corner = |along: f64, across: f64| {
+            let mut corner = at;
+            corner[axis] += side * along;
+            corner[1 - axis] += across;
+            corner.extend(1.0)
+        };
+        let corners = vec![
+            corner(-hair, -20.0 * random.share() - 1.0),
+            corner(-hair, 20.0 * random.share() + 1.0),
+            corner(50.0, 0.0),
+        ];
+        let scene = Scene::new(corners, vec![[0, 1, 2]]).unwrap();
+        let view = View {
+            width: 300,
+            height: 200,
+            ..flat_view()
+        };
+        let tiling = Tiling::new(view.width, view.height);
+        let bins = bins(
+            &view,
+            (tiling, &tiling),
+            &scene,
+            &view.places(&scene),
+            cover,
+        );
+        if cover == Cover::Whole {
+            at[axis] -= side * hair * random.share();
+        }
+        if view.nearness_at(&scene, at, 0).is_some() {
+            let tile = at.y as usize / TILE * tiling.columns + at.x as usize / TILE;
+            assert!(holds(&bins, tile, 0), "round {round}: {cover:?} {at}");
+            found += 1;
+        }
+    }
+    assert!(found > 2_000, "{found}");
+}
+
+#[test]
+fn texels_whose_rays_an_edge_nearly_passes_are_right() {
+    let mut random = Random(10);
+    let view = flat_view();
+    let mut counts = [0; 2];
+    for round in 0..300 {
+        let middle = (DVec2::new(random.share(), random.share()) * 0.4 + 0.3) * GRID as f64;
+        let size = 10_f64.powf(2.5 * random.share());
+        let corners = [0; 3].map(|_| middle.extend(1.0) + size * vector(&mut random));
+        let scene = Scene::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
+        // Rays near the edges and the corners: those of a block are close to each other, or those of the tile.
+        let is_one = random.below(2) == 0;
+        let mut places: Box<Places> = Box::new([[0.0; TILE_PIXELS]; 2]);
+        let (mut near, mut reach) = (DVec2::ZERO, 0.0);
+        for block in 0..BLOCKS * BLOCKS {
+            if block == 0 || !is_one {
+                let i = random.below(3);
+                let share = [0.0, 1.0, random.share()][random.below(3)];
+                near = corners[i].lerp(corners[(i + 1) % 3], share).truncate();
+                reach = 10_f64.powf(-1.0 - 5.0 * random.share());
+            }
+            for i in 0..BLOCK * BLOCK {
+                let (column, row) = (block % BLOCKS * BLOCK, block / BLOCKS * BLOCK);
+                let texel = (row + i / BLOCK) * TILE + column + i % BLOCK;
+                let at = near + reach * vector(&mut random).truncate();
+                (places[0][texel], places[1][texel]) = (at.x, at.y);
+            }
+        }
+        let known = view.places(&scene);
+        let (painter, bins) = Painter::new(&view, &scene, &known, Cover::Whole);
+        let bins = ray_bins(&painter, &bins);
+        let mut rays = TileRays::new();
+        let (mut ids, mut nearness) = ([NONE; TILE_PIXELS], [f32::NEG_INFINITY; TILE_PIXELS]);
+        let inside = Taken::inside((0, 0), (TILE, TILE));
+        dispatch!(level(), simd => {
+            rays.set(simd, &places, &inside);
+            painter.draw_at_rays(simd, &bins, &rays, (&mut ids, &mut nearness));
+        });
+        for (texel, &id) in ids.iter().enumerate() {
+            let at = rays.origin() + rays.offset(texel);
+            let is_in = view.nearness_at(&scene, at, 0).is_some();
+            assert_eq!(
+                id == 0,
+                is_in,
+                "round {round}, texel {texel}: {at} {corners:?}"
+            );
+            counts[usize::from(is_in)] += 1;
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 200_000), "{counts:?}");
+}
+
+#[test]
+fn a_surface_a_hair_beyond_the_near_plane_or_the_far_one_is_not_seen() {
+    for (plane, inwards) in [(0.5, 1.0), (2.0, -1.0)] {
+        for exponent in -12..-2 {
+            for (side, is_seen) in [(-1.0, false), (1.0, true)] {
+                let depth = plane * (1.0 + side * inwards * 10_f64.powi(exponent));
+                // Within the view: what reaches far beside it is set up in float64 anyway.
+                let corner = |x: f64, y: f64| DVec3::new(x, y, -1.0) * depth;
+                let corners = vec![corner(-0.4, -0.4), corner(0.4, -0.4), corner(0.0, 0.6)];
+                let scene = Scene::new(corners, vec![[0, 1, 2]]).unwrap();
+                let half = DVec2::splat(20.0);
+                let camera = Camera::new(DMat4::IDENTITY, half, half, (40, 40), (0.5, 2.0));
+                for rays in [Rays::Perspective, Rays::Orthographic] {
+                    let camera = Camera {
+                        rays,
+                        ..camera.clone().unwrap()
+                    };
+                    let image = rasterize(&View::of_camera(&camera), &scene);
+                    let seen = image.triangle_ids().iter().filter(|&&id| id == 0).count();
+                    assert_eq!(seen > 0, is_seen, "{rays:?} {plane} {depth}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_cell_lists_every_triangle_over_it_with_room_for_it() {
     let mut random = Random(2);
     let mut found = 0;
@@ -117,6 +250,9 @@ fn a_cell_lists_every_triangle_over_it_with_room_for_it() {
             let Some(nearness) = grid.view.nearness_at(&scene, place, id) else {
                 continue;
             };
+            // Where rounding may put a receiver there.
+            let off = f64::from(grid.view.rounding()) * vector(&mut random).truncate();
+            let place = (place + off).clamp(DVec2::ZERO, DVec2::splat(GRID as f64 - 0.01));
             let cell = grid.cell(place.x as usize / CELL, place.y as usize / CELL);
             let [u, v] = place.as_vec2().to_array();
             // What lies a hair's breadth behind it.

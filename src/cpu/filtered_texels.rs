@@ -325,3 +325,26 @@ fn add_in_lanes(out: &mut [f32], values: &[f32], weight: f32) {
         *out += weight * value;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coarser_map_has_the_means_of_four_texels() {
+        let values = [[1.0, 2.0, 4.0], [8.0, 16.0, 32.0], [64.0, 128.0, 256.0]];
+        let level = Level {
+            width: 3,
+            height: 3,
+            values: values.concat(),
+        };
+        let half = level.halved(1).unwrap();
+        // At an odd end a texel stands for two.
+        let expected = [27.0 / 4.0, 72.0 / 4.0, 384.0 / 4.0, 256.0];
+        assert_eq!((half.width, half.height), (2, 2));
+        assert_eq!(half.values, expected);
+        let mean = expected.iter().sum::<f32>() / 4.0;
+        assert_eq!(half.halved(1).unwrap().values, [mean]);
+        assert!(half.halved(1).unwrap().halved(1).is_none());
+    }
+}

@@ -263,3 +263,28 @@ struct Receiver {
     /// In the map, both sides of which are 1.
     place: [f32; 2],
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_the_nearest_whole_numbers() {
+        let below = |number: f32| number.next_down();
+        let numbers = [0.0, below(0.5), 0.75, below(1.5), 1.75, 6.25, 7.75, 1e6];
+        let found: [f32; LANES] =
+            dispatch!(level(), simd => rounded(f32x8::simd_from(simd, numbers)).into());
+        assert_eq!(found, numbers.map(f32::round));
+    }
+
+    #[test]
+    fn the_ends_of_a_map_are_in_its_first_and_last_cell() {
+        for (place, cell) in [(-0.001, 0.0), (0.0, 0.0), (0.499, 3.0), (0.5, 4.0)] {
+            assert_eq!(cell_at(place, 8), cell);
+            assert_eq!(
+                cell_at(1.0 - place, 8),
+                if place == 0.5 { 4.0 } else { 7.0 - cell }
+            );
+        }
+    }
+}

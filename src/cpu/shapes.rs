@@ -441,21 +441,34 @@ mod tests {
         let view = flat_view();
         let mut random = Random(2);
         let mut counts = [0; 3];
-        for round in 0..20_000 {
-            let corner = DVec2::new(random.below(16) as f64, random.below(16) as f64) * TILE as f64;
-            let origin = corner + DVec2::new(random.share(), random.share()) * TILE as f64;
+        for round in 0..40_000 {
+            let origin = DVec2::new(random.share(), random.share()) * GRID as f64;
             let scene = triangle(&mut random, origin);
             let places = view.places(&scene);
-            let near = corner.as_vec2().to_array();
+            let column = random.below(TILE / BLOCK);
             let row = random.below(TILE / BLOCK) * BLOCK;
+            let first = DVec2::new((column * BLOCK) as f64, row as f64);
+            // A corner of a block, which an edge of the triangle nearly passes, or anywhere in it.
+            let (corner, within) = match random.below(2) {
+                0 => {
+                    let within = DVec2::new(random.below(2) as f64, random.below(2) as f64);
+                    let within = within * BLOCK as f64;
+                    (place(&mut random, &scene, origin) - first - within, within)
+                }
+                _ => {
+                    let share = DVec2::new(random.share(), random.share());
+                    let within = DVec2::new(random.share(), random.share());
+                    (origin - share * TILE as f64, within * BLOCK as f64)
+                }
+            };
+            let corner = corner.as_vec2();
+            let near = corner.to_array();
             let found =
                 dispatch!(level(), simd => found_blocks(simd, &places, &view, near, row as f32));
             let Some((touched, covered)) = found else {
                 continue;
             };
-            let column = random.below(TILE / BLOCK);
-            let within = DVec2::new(random.share(), random.share()) * BLOCK as f64;
-            let at = corner + DVec2::new((column * BLOCK) as f64, row as f64) + within;
+            let at = corner.as_dvec2() + first + within;
             let (is_inside, _) = truth(&view, &scene, at);
             let case = format!("round {round}: {at}, {:?}", scene.corners(0));
             assert!(!is_inside || touched >> column & 1 != 0, "{case}");

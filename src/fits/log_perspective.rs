@@ -283,4 +283,31 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_texel_is_as_long_along_its_slope_as_differences_say() {
+        let camera = camera(-0.2);
+        for direction in [DVec3::NEG_Y, DVec3::new(0.5, -1.0, 0.3)] {
+            let subject = subject(direction.normalize());
+            for (share, aspect) in [(0.01, 1.0), (0.3, 2.0), (5.0, 0.5)] {
+                let candidates = Candidates::new(&subject, &camera, aspect).unwrap();
+                let distance = share * candidates.length;
+                let Sides {
+                    slopes: (left, right),
+                    log_ratio,
+                } = candidates.sides(distance);
+                let ahead = |row: f64| distance * (row * log_ratio).exp();
+                let longest = [left, right].map(|slope| {
+                    let place = |row: f64| DVec2::new(slope, 1.0) * ahead(row);
+                    aspect * (place(1.0) - place(1.0 - 1e-7)).length() / 1e-7
+                });
+                let wide = (right - left) * ahead(1.0);
+                let longest = longest.into_iter().fold(wide, f64::max) / ahead(1.0);
+                let pixels = candidates.points.iter().map(|p| p.y + p.x * distance);
+                let expected = longest * pixels.fold(0.0, f64::max);
+                let found = candidates.largest_error(distance);
+                assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+            }
+        }
+    }
 }

@@ -372,7 +372,8 @@ fn lights() -> [Light; 3] {
 #[test]
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
 fn neither_the_order_of_workgroups_nor_old_memory_changes_a_byte() {
-    let (scene, camera) = (floor_and_squares(4.0), looking_down());
+    // Its receivers are at any depth, and so what they are worth differs within a cell.
+    let (scene, camera) = (needles(1), looking_down());
     let [sun, lamp, _] = lights();
     let plain = Gpu::variant(Variant::default());
     let variants = [

@@ -106,8 +106,8 @@ mod tests {
 
     #[test]
     fn every_texel_of_every_page_has_a_place_of_its_own() {
-        for page_size in [64, 128] {
-            let grid = PageGrid::new(300, page_size);
+        for page_size in [64, 128, 256] {
+            let grid = PageGrid::new(3 * page_size, page_size);
             let pages = vec![[1, 0], [0, 2], [2, 2]];
             let table = PageTable::new(grid, pages.clone());
             let mut places = BTreeSet::new();
