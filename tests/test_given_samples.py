@@ -145,6 +145,33 @@ def test_a_table_of_another_size_is_interpolated():
         assert given.misclassified_count <= 1.5 * plain.misclassified_count + 5
 
 
+def horseshoe(side, gap):
+    """A band around a circle, whose ends are so many of its steps apart."""
+    places = identity(8, side)
+    angle = 2 * np.pi * places[..., 0] * side / (side - 1 + gap)
+    radius = 0.2 + 0.2 * (1 - places[..., 1])
+    return 0.5 + np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+
+def test_what_goes_on_beyond_a_table_hides_nothing_of_it():
+    """Beyond its ends a table goes on for a step: here over its other end."""
+    table = horseshoe(32, gap=0.4)
+    random = np.random.default_rng(8)
+    texels = random.uniform(1 / 64, 63 / 64, (20_000, 2)) * (1, 0.8) + (0, 0.1)
+    places = lx.unwarp_points(table, texels)
+    np.testing.assert_allclose(lx.warp_points(table, places), texels, atol=1e-6)
+
+
+def test_the_effective_resolution_is_that_of_the_narrowest_step():
+    small = {"resolution": 96, "lookup": "depth"}
+    table = identity(96)
+    table[..., 0] **= 1.5
+    plain = lx.render(*VIEW, lx.DesiredView(**small)).max_effective_resolution
+    given = lx.render(*VIEW, lx.GivenWarp(samples=table, **small)).max_effective_resolution
+    widened = 1 / (96 * np.diff(table[0, :, 0]).min())
+    np.testing.assert_allclose(given, np.array(plain) * (widened, 1), rtol=1e-3)
+
+
 def test_what_samples_do_not_reach_is_lit():
     half = identity(64) * [0.5, 1.0]
     given = lx.render(*VIEW, lx.GivenWarp(samples=half, resolution=64))

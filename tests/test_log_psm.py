@@ -119,6 +119,19 @@ def test_rows_follow_from_the_matrix_by_a_logarithm(name):
         lx.LightMatrix.of(frame)
 
 
+def test_a_margin_is_left_free_along_rows_and_columns():
+    scene = small("colonnade")
+    _, camera = next(cameras(scene))
+    light = lx.DirectionalLight((0.3, -1, -0.2))
+    frame = lx.render(scene, camera, light, lx.LogPerspective(resolution=512, margin=0.25))
+    (projection,), (matrix,) = frame.projections, frame.light_matrix
+    points = frame.position[frame.facing]
+    column, s, _, w = matrix @ np.column_stack([points, np.ones(len(points))]).T
+    row = projection["centre"][1] - projection["scale"][1] * np.log(s / w)
+    for texel in (row, column / w):
+        np.testing.assert_allclose([texel.min(), texel.max()], [512 / 6, 512 * 5 / 6], atol=0.02)
+
+
 def test_where_there_is_no_logarithm_it_is_another_method():
     scene = small("objects_on_floor")
     camera = scene.cameras["default"].resized(160, 90)

@@ -154,6 +154,27 @@ def test_no_pixel_is_wrong(case, method):
     assert np.count_nonzero(reference.float32_tie) < 10
 
 
+@BOTH_ENGINES
+@pytest.mark.parametrize("method", [lx.Exact(), lx.RayTraced(traversal="compute")])
+def test_alpha_that_float32_cannot_tell_from_the_cutoff_is_decided(method):
+    """Half of a roof is a hole, by less than float32 rounds off its place in the image."""
+    arrays = made([Card((-2.0, 3.5, 2.0), (4.0, 0.0, 0.0), (0.0, 0.0, -4.0), 0)])
+    # At 3/10 of the way from texel 1500 to the next, give or take 2e-5 of it.
+    uv = (1500.8 + 4e-5 * (arrays.uv - 0.5)) / 2048
+    mask = lx.AlphaMask(np.repeat(np.uint8([[0, 255]]), (1501, 547), axis=1), cutoff=0.3)
+    scene = lx.Scene(
+        arrays.vertices, arrays.faces, uv=uv, alpha=[mask], face_alpha=arrays.face_alpha
+    )
+    truth = lx.reference(scene, CAMERA, LIGHTS["sun"])
+    found = lx.render_shadows(scene, CAMERA, LIGHTS["sun"], method)
+    ignored = truth.tie | truth.float32_tie
+    assert wrong(found, truth.visibility, ignored) == 0
+    solid = lx.reference(arrays.solid(), CAMERA, LIGHTS["sun"])
+    of_roof = (solid.visibility == 0) & ~ignored
+    assert 0.2 < truth.visibility[of_roof].mean() < 0.8
+    assert np.count_nonzero(of_roof) > 1000
+
+
 MAPS = {
     lx.DirectionalLight: ["uniform", "lispsm", "notw", "rtw", "cascades"],
     lx.PointLight: ["cube", "dual_paraboloid", "cube+notw", "improved_paraboloid"],

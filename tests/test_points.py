@@ -147,6 +147,16 @@ def test_a_wall_is_lit_from_either_side_unless_a_normal_says_which():
     assert lx.shadows_at(wall, points, behind).all()
     assert lx.shadows_at(wall, points, before, front).all()
     assert not lx.shadows_at(wall, points, behind, front).any()
+    for by_rays in (False, True):
+        lights = [before._core, behind._core]
+        given = (wall._core, (points, ROUNDING), np.ascontiguousarray(front), lights)
+        answers = _core.shadows_at(*given, None, int, by_rays=by_rays)
+        np.testing.assert_array_equal(answers.mean(axis=1), (1, 0))
+        # In the air before it nothing stands in the way but the normal.
+        for normal, share in ((front, 1), (-front, 0)):
+            given = (wall._core, (points + front, ROUNDING), np.ascontiguousarray(normal))
+            found = _core.shadows_at(*given, [before._core], None, int, by_rays=by_rays)
+            assert (found == share).all()
     # A smooth normal may face a light that its triangle does not: that stands in the way.
     smooth = front + np.array([2.0, 0.0, 0.0])
     grazing = lx.DirectionalLight((-1.0, 0.0, 0.05))
@@ -188,6 +198,20 @@ def test_a_lamp_far_away_is_a_sun(sizes):
     lamp = lx.PointLight(-direction * sizes * np.linalg.norm(high - low))
     assert 0.05 < (sun == 0).mean() < 0.5
     np.testing.assert_array_equal(lx.shadows_at(scene, points, lamp), sun)
+
+
+def test_points_that_nothing_can_stand_before_are_lit():
+    scene = views.soup(3, count=60)
+    inside = np.random.default_rng(4).uniform(-1, 1, (300, 3))
+    beside = inside + np.array([9.0, 0, 0])
+    assert by_both(scene, beside, lx.DirectionalLight((0.1, -1, 0.2))).all()
+    # A lamp that is far away from the scene, but not from the points behind it.
+    place = np.array([2e7, 5e7, 1e7])
+    behind = place * np.random.default_rng(5).uniform(1.01, 2, (300, 1))
+    both = np.concatenate([behind, inside])
+    found = by_both(scene, both, lx.PointLight(place))
+    assert found[:300].all()
+    assert 0.1 < found[300:].mean() < 0.9
 
 
 def test_many_lights_are_each_alone():

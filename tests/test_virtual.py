@@ -132,6 +132,26 @@ def test_pages_are_told_with_their_texels(engine, colonnade):
         assert (layer, x / w // 64, y / w // 64) in known
 
 
+def test_a_scene_that_moved_keeps_no_page():
+    scene = lx.scenes.colonnade(columns=8, detail=16)
+    camera = lx.Camera.look_at(
+        scene.cameras["default"].eye, (0, 1, 0), yfov=1.0, width=160, height=90
+    )
+    seen = camera, LIGHTS["directional"], "virtual"
+    lx.render(scene, *seen, cut="scene", device="cpu")
+    # What is as large as before has the same map.
+    vertices = scene.vertices.copy()
+    low, high = scene.bounds
+    inside = ((vertices > low + 0.1) & (vertices < high - 0.1)).all(axis=1)
+    vertices[inside] += (0.05, 0.0, 0.0)
+    scene.update_vertices(vertices)
+    assert np.array_equal(scene.bounds, (low, high))
+    found = lx.render(scene, *seen, cut="scene", device="cpu")
+    anew = lx.render(lx.Scene(vertices, scene.faces), *seen, cut="scene", device="cpu")
+    assert found.stats["shadow map"]["kept_pages"] == 0
+    assert found.visibility.tobytes() == anew.visibility.tobytes()
+
+
 def test_a_moving_camera_keeps_pages(colonnade):
     scene, camera = colonnade
     start, size = camera.eye, {"width": 160, "height": 90}
