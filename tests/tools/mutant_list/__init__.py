@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from . import engines, fits, lookups, maps, pages, truth
+from . import engines, fits, lab, lookups, maps, pages, rays, truth
 from .mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
     *engines.MUTANTS,
     *maps.MUTANTS,
     *pages.MUTANTS,
+    *rays.MUTANTS,
     *lookups.MUTANTS,
     *fits.MUTANTS,
     *truth.MUTANTS,
+    *lab.MUTANTS,
 )

@@ -7,7 +7,20 @@ from .mutant import Mutant
 PACKETS = ("cargo", "--lib", "bvh")
 RAYS = ("pytest", "tests/test_devices.py", "-k", "list_of_lights and ray_traced")
 TWINS = ("cargo", "--lib", "passes::twins")
-CPU_ENGINE = ("cargo", "--lib", "cpu::")
+SURE = ("cargo", "--lib", "what_lanes_are_sure_of")
+BLOCKS = ("cargo", "--lib", "blocks_that_are_left_out")
+SEEN = (
+    "cargo", "--lib",
+    "near_plane", "in_every_tile", "an_edge_nearly_passes", "of_triangles_in_one", "no_pixel_slips",
+)  # fmt: skip
+SOUP = ("cargo", "--lib", "pixels_of_any_soup")
+CELLS = ("cargo", "--lib", "a_cell_lists")
+HITS = ("cargo", "--lib", "hit_or_missed_for_sure")
+GRIDS = ("cargo", "--lib", "what_no_sample_showed", "grids_of_a_light")
+FACES = (
+    "cargo", "--lib", "receivers_face_the_light", "where_faces_of_a_cube", "a_lamp_in_the_plane",
+)  # fmt: skip
+VARIANTS = ("cargo", "--lib", "neither_the_order_of_workgroups")
 CHOICE = (
     "pytest", "tests/test_devices.py", "-k",
     "by_environment or hardware_comes or names_nothing",
@@ -43,12 +56,12 @@ MUTANTS = (
     ),
     Mutant(
         "packets", "are half as wide as their receivers", CPU_RAYS,
-        "spread: 0.5 * (high - low),", "spread: 0.25 * (high - low),", RAYS,
+        "spread: 0.5 * (high - low),", "spread: 0.25 * (high - low),", RAYS, "gpu",
     ),
     Mutant(
-        "packets", "go on beyond the light", CPU_RAYS,
+        "packets", "end half-way to the light", CPU_RAYS,
         "end: if has_end { length } else { f64::INFINITY },\n            margin: self.margin,",
-        "end: f64::INFINITY,\n            margin: self.margin,", RAYS,
+        "end: 0.5 * length,\n            margin: self.margin,", RAYS, "gpu",
     ),
     Mutant(
         "packets", "lose half of the rays where they are halved", CPU_RAYS,
@@ -57,107 +70,107 @@ MUTANTS = (
     ),
     Mutant(
         "packets", "what is left alone is lit", CPU_RAYS,
-        "*alone |= packet;", "*alone |= 0 * packet;", RAYS,
+        "*alone |= packet;", "*alone |= 0 * packet;", RAYS, "gpu",
     ),
     Mutant(
-        "packets", "what shadowed others shadows its own receivers", "src/cpu/candidates.rs",
-        "let asking = asking & !own_lanes(simd, ids, id);",
-        "let asking = asking & !(0 * own_lanes(simd, ids, id));", RAYS,
+        "packets", "begin at the first of their receivers", "src/cpu/candidates.rs",
+        "(low_u, high_u) = (low_u.min(u), high_u.max(u));",
+        "(low_u, high_u) = (low_u, high_u.max(u));", RAYS, "gpu",
     ),
     Mutant(
         "CPU engine", "corners are where they are, to the bit", CPU_SHAPES,
         "let turned = (longest + lengths[i]) * (2.0 * rounding);",
-        "let turned = (longest + lengths[i]) * (0.0 * rounding);", CPU_ENGINE,
+        "let turned = (longest + lengths[i]) * (0.0 * rounding);", SURE,
     ),
     Mutant(
         "CPU engine", "rounding turns no plane", CPU_SHAPES,
         "let off = moved + turned + far_off + size",
-        "let off = moved + far_off + size", CPU_ENGINE,
+        "let off = moved + far_off + size", SURE,
     ),
     Mutant(
         "CPU engine", "a block that a triangle touches aside of its corner is left out", CPU_SHAPES,
         "greatest_of_all.min(e + side * (a.max(0.0) + b.max(0.0)))",
-        "greatest_of_all.min(e)", CPU_ENGINE,
+        "greatest_of_all.min(e)", BLOCKS,
     ),
     Mutant(
         "CPU engine", "a block that a triangle nearly covers is covered", CPU_SHAPES,
         "covered: mask_bits(splat(simd, 1.5)",
-        "covered: mask_bits(splat(simd, -1.5)", CPU_ENGINE,
+        "covered: mask_bits(splat(simd, -1.5)", BLOCKS,
     ),
     Mutant(
         "CPU engine", "what is before the near plane is seen", CPU_VIEW,
         "is_inside && far < nearness && nearness < near;",
-        "is_inside && far < nearness;", CPU_ENGINE,
+        "is_inside && far < nearness;", SEEN,
     ),
     Mutant(
         "CPU engine", "a corner behind the eye is beyond a side of the view", CPU_VIEW,
         "x > width * w",
-        "x > width", CPU_ENGINE,
+        "x > width", SEEN,
     ),
     Mutant(
         "CPU engine", "a tile is touched where its nearest corner is", CPU_VIEW,
         "side * (edge.x.max(0.0) + edge.y.max(0.0))",
-        "side * (edge.x.min(0.0) + edge.y.min(0.0))", CPU_ENGINE,
+        "side * (edge.x.min(0.0) + edge.y.min(0.0))", SEEN,
     ),
     Mutant(
         "CPU engine", "a triangle around the eye is in one tile", CPU_BINS,
         "_ => [0, tiling.columns - 1, 0, tiling.rows - 1],",
-        "_ => [0, 0, 0, 0],", CPU_ENGINE,
+        "_ => [0, 0, 0, 0],", SEEN,
     ),
     Mutant(
         "CPU engine", "the nearest pixel of a block hides all of it", CPU_RASTER,
         "least.reduce_min()",
-        "least.reduce_max()", CPU_ENGINE,
+        "least.reduce_max()", SOUP,
     ),
     Mutant(
         "CPU engine", "the last of triangles in one place is seen", CPU_RASTER,
         "new == old && id < known",
-        "new == old && id > known", CPU_ENGINE,
+        "new == old && id > known", SEEN,
     ),
     Mutant(
         "CPU engine", "a box ends before its triangle does", CPU_GRID,
         "(least(x) - rounding, greatest(x) + rounding)",
-        "(least(x) + rounding, greatest(x) - rounding)", CPU_ENGINE,
+        "(least(x) + rounding, greatest(x) - rounding)", CELLS,
     ),
     Mutant(
         "CPU engine", "a group is as near as its farthest triangle", CPU_GRID,
         "nearest: greatest_of(&self.nearest),",
-        "nearest: least_of(&self.nearest),", CPU_ENGINE,
+        "nearest: least_of(&self.nearest),", CELLS,
     ),
     Mutant(
         "CPU engine", "what may be hit is missed", CPU_TESTS,
         "(-rounding).simd_le(before)",
-        "rounding.simd_le(before)", CPU_ENGINE,
+        "rounding.simd_le(before)", HITS,
     ),
     Mutant(
         "CPU engine", "what is about inside of an edge is hit for sure", CPU_TESTS,
         "let hit = f32x16::splat(simd, 1.0).simd_lt(e)",
-        "let hit = f32x16::splat(simd, -0.5).simd_lt(e)", CPU_ENGINE,
+        "let hit = f32x16::splat(simd, -0.5).simd_lt(e)", HITS,
     ),
     Mutant(
         "CPU engine", "receivers beside the first grid are dark", CPU_TESTS,
         "left[i] &= !within[i];",
-        "left[i] = 0;", CPU_ENGINE,
+        "left[i] = 0;", GRIDS,
     ),
     Mutant(
         "CPU engine", "rounding decides the side of a light in a plane", CPU_RECEIVERS,
         "size(&v) * size(&w) * SURE_OF_SIDE", "0.0 * SURE_OF_SIDE * size(&v) * size(&w)",
-        CPU_ENGINE,
+        FACES,
     ),
     Mutant(
         "CPU engine", "the side that the camera does not see is lit", CPU_RECEIVERS,
         "let mut faces_light = is_above ^ is_behind;",
-        "let mut faces_light = is_above;", CPU_ENGINE,
+        "let mut faces_light = is_above;", FACES,
     ),
     Mutant(
         "CPU engine", "a cone lights what is outside of it", CPU_RECEIVERS,
         "outside.simd_le(within)",
-        "within.simd_le(outside)", CPU_ENGINE,
+        "within.simd_le(outside)", FACES,
     ),
     Mutant(
         "CPU engine", "two faces of the cube are exchanged", CPU_RECEIVERS,
         "let is_y = !is_x & z.simd_le(y);",
-        "let is_y = !is_x & y.simd_le(z);", CPU_ENGINE,
+        "let is_y = !is_x & y.simd_le(z);", FACES,
     ),
     Mutant(
         "CPU engine", "an eye is in no shadow volume", CPU_VOLUMES,
@@ -178,22 +191,48 @@ MUTANTS = (
         "choice of engine", "the environment counts for more than the caller", ENGINE,
         "if let Some(name) = device.or(named_by_environment().as_deref()) {",
         "if let Some(name) = named_by_environment().as_deref().or(device) {",
-        CHOICE,
+        CHOICE, "gpu",
     ),
     Mutant(
         "choice of engine", "an empty word in the environment names a device", ENGINE,
         ".filter(|name| !name.is_empty())",
-        "", CHOICE,
+        "", CHOICE, "gpu",
     ),
     Mutant(
         "choice of engine", "a software driver comes before the CPU engine", ENGINE,
         "Ok(false) | Err(_) => Ok(Self::Cpu),",
-        'Ok(false) | Err(_) => Ok(Self::Gpu(gpu::gpu("")?)),', CHOICE,
+        'Ok(false) | Err(_) => Ok(Self::Gpu(gpu::gpu("")?)),', CHOICE, "gpu",
     ),
     Mutant(
         "two walks", "the second one takes any triangle", "shaders/target/depth_then_triangle.wgsl",
         "index + 1u]) == key {",
         "index + 1u]) != 0u {", ("pytest", "tests/test_without.py"),
+    ),
+    Mutant(
+        "old memory", "lists of receivers begin with what was there",
+        "src/gpu/passes/receiver_lists.rs",
+        "    frame.clear(&scratch.counts);\n", "", VARIANTS,
+    ),
+    Mutant(
+        "old memory", "what covered a tile of another map hides", "src/gpu/passes/rasterize.rs",
+        "    frame.clear(&depths_of_tiles);\n", "", VARIANTS,
+    ),
+    Mutant(
+        "old memory", "an importance map is added to the last one",
+        "src/gpu/passes/importance_map.rs",
+        "    frame.clear(&map);\n", "", VARIANTS,
+    ),
+    Mutant(
+        "order of workgroups", "receivers end where those of the last do",
+        "shaders/receivers.wgsl",
+        "atomicMax(&bounds.extremes[axis + 3u], ordered_from_float(high[0][axis]));",
+        "atomicStore(&bounds.extremes[axis + 3u], ordered_from_float(high[0][axis]));", VARIANTS,
+    ),
+    Mutant(
+        "order of workgroups", "the last receiver's importance is its cell's",
+        "shaders/importance_map.wgsl",
+        "atomicMax(&importance_map[cell], bitcast<u32>(weight));",
+        "atomicStore(&importance_map[cell], bitcast<u32>(weight));", VARIANTS,
     ),
     Mutant(
         "twins", "an edge is computed from the triangle's own end", EDGES,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from .mutant import Mutant
 
 LEVELS = ("pytest", "tests/test_virtual.py", "-k", "as_wide_as_it_is or bias_moves")
-PAGES = ("cargo", "--lib", "pages")
+PAGES = ("cargo", "--lib", "pages::t", "fits::pages", "kept_pages")
+KEEPING = ("pytest", "tests/test_virtual.py", "-k", "keeps_pages or keeps_no_page")
 ON_GPU = ("pytest", "tests/test_virtual.py", "-k", "same_pages")
 
 FOOTPRINT = "src/paging/footprint.rs"
@@ -51,12 +52,12 @@ MUTANTS = (
     ),
     Mutant(
         "pages", "those of a scene that moved are kept", KEPT,
-        "self.generation == scene.generation() && ", "", PAGES,
+        "self.generation == scene.generation() && ", "", KEEPING,
     ),
     Mutant(
         "pages", "a kept page has its first tile everywhere", DRAWN,
         "(slot * of_page + tile % of_page) * TILE_PIXELS", "slot * of_page * TILE_PIXELS",
-        ("pytest", "tests/test_virtual.py", "-k", "keeps_pages"),
+        KEEPING,
     ),
     Mutant(
         "pages", "tiles of a page are as many as in one of 128 texels", TABLE,

@@ -6,6 +6,8 @@ from .mutant import Mutant
 
 REFERENCE = ("cargo", "--lib", "reference")
 SEARCHES = ("pytest", "tests/test_exact.py", "-k", "decide_alike or falls_away")
+AT_CUTOFF = ("pytest", "tests/test_masks.py", "-k", "cannot_tell_from_the_cutoff")
+ALPHA = ("cargo", "--lib", "masks")
 HOLES = ("pytest", "tests/test_masks.py")
 
 RAY = "shaders/lib/shadow_ray.wgsl"
@@ -71,21 +73,21 @@ MUTANTS = (
     ),
     Mutant(
         "holes", "a texel is taken for its neighbour", "src/masks.rs",
-        "let columns = [x, x + 1].map", "let columns = [x + 1, x].map", HOLES,
+        "let columns = [x, x + 1].map", "let columns = [x + 1, x].map", ALPHA,
     ),
     Mutant(
         "holes", "a factor of alpha has no say", "src/masks.rs",
         "self.image.alpha_at(at.xy()) * at.z >= self.image.cutoff",
-        "self.image.alpha_at(at.xy()) >= self.image.cutoff", HOLES,
+        "self.image.alpha_at(at.xy()) >= self.image.cutoff", ALPHA,
     ),
     Mutant(
         "holes", "between texels alpha is that of the first", "src/masks.rs",
-        "a + share.x * (b - a)", "a + 0.0 * share.x * (b - a)", HOLES,
+        "a + share.x * (b - a)", "a + 0.0 * share.x * (b - a)", ALPHA,
     ),
     Mutant(
         "holes", "the nearest texel is the one before", "src/masks.rs",
         "Sampling::Nearest => ((place + 0.5).floor(), DVec2::ZERO),",
-        "Sampling::Nearest => (place.floor(), DVec2::ZERO),", HOLES,
+        "Sampling::Nearest => (place.floor(), DVec2::ZERO),", ALPHA,
     ),
     Mutant(
         "holes", "what lies in a hole is in shadow", "src/cpu/holes.rs",
@@ -102,6 +104,7 @@ MUTANTS = (
     ),
     Mutant(
         "holes", "float32 is sure of every alpha", "shaders/mask/alpha.wgsl",
-        "let slack = FULL_ALPHA * (reach.x + reach.y) + ALPHA_ROUNDING;", "let slack = 0.0;", HOLES,
+        "let slack = FULL_ALPHA * (reach.x + reach.y) + ALPHA_ROUNDING;", "let slack = 0.0;",
+        AT_CUTOFF,
     ),
 )  # fmt: skip
