@@ -9,18 +9,12 @@ from typing import NamedTuple
 import pytest
 
 import lixel as lx
-from lixel.frame import has_form
 
 # The engine of all tests that name none. With "gpu", the shaders are tested as well, on whatever
 # adapter there is: by these tests, and by those that take the fixture `engine`.
 DEVICE = os.environ.setdefault("LIXEL_DEVICE", "cpu")
 TESTS_SHADERS = DEVICE != "cpu"
 ENGINES = ("gpu", "cpu") if TESTS_SHADERS else ("cpu",)
-
-
-def is_tested(method: str) -> bool:
-    """Whether the engine of all tests that name none has a form of the method."""
-    return method not in lx.METHODS or has_form(lx.METHODS[method], DEVICE)
 
 
 class View(NamedTuple):
@@ -57,10 +51,6 @@ def _leave_out_what_differs(request: pytest.FixtureRequest) -> None:
     engine = request.getfixturevalue("engine") if takes_both else os.environ["LIXEL_DEVICE"]
     if marker is not None and engine == "cpu":
         pytest.skip(f"on the CPU engine: {marker.args[0]}")
-    given = request.node.callspec.params if hasattr(request.node, "callspec") else {}
-    lacking = [value for value in given.values() if isinstance(value, str) and not is_tested(value)]
-    if lacking and "cpu" not in (engine, given.get("device")):
-        pytest.skip(f"on the GPU engine: it has no form of {', '.join(lacking)}")
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """The documentation: its examples run, and the site is built without a warning."""
 
-import os
 import re
 import subprocess
 import sys
@@ -13,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import tables
-from conftest import is_tested
 from PIL import Image
 
 import lixel as lx
@@ -38,14 +36,9 @@ def test_examples_run(path, tmp_path):
     command = [str(script)]
     if "def test_" in code:
         command = ["-m", "pytest", "-q", str(script)]
-    environment = dict(os.environ)
-    if not is_tested(path.stem):
-        # Of the method of this page the engine has no form.
-        environment["LIXEL_DEVICE"] = "cpu"
     ran = subprocess.run(
         [sys.executable, *command],
         cwd=tmp_path,
-        env=environment,
         capture_output=True,
         text=True,
         check=False,

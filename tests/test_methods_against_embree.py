@@ -10,7 +10,6 @@ import functools
 import numpy as np
 import pytest
 import trimesh
-from conftest import is_tested
 from skimage.metrics import hausdorff_distance, structural_similarity
 
 import lixel as lx
@@ -86,8 +85,7 @@ def ray_cast(scene, camera, light):
 def own_methods(light):
     """All there are for the light, with maps of 1024², or pages whose texels are as small."""
     fine = {"virtual": {"level_bias": -4}}
-    tested = {name: method for name, method in lx.METHODS.items() if is_tested(name)}
-    methods = (method(**fine.get(name, {})) for name, method in tested.items())
+    methods = (method(**fine.get(name, {})) for name, method in lx.METHODS.items())
     return [method for method in methods if method.takes(light)]
 
 

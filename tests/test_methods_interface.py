@@ -16,7 +16,6 @@ def test_python_lists_what_the_core_lists():
     assert list(lx.METHODS) == [entry["name"] for entry in _core.methods()]
     for entry in _core.methods():
         assert entry["parameters"] == _core.parameters(entry["name"])
-        assert entry["is_on_gpu"] == lx.METHODS[entry["name"]].is_on_gpu
 
 
 @pytest.mark.parametrize("name", lx.METHODS)

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import is_tested
 
 import lixel as lx
 
@@ -41,7 +40,7 @@ def seen() -> Iterator[tuple[str, tuple[lx.Scene, lx.Camera, lx.Light, lx.Method
         lx.SpotLight(inside, (0.2, -1, 0.1), 0.8),
         lx.HemisphereLight(inside, (0, -1, 0)),
     )
-    for named in (*filter(is_tested, lx.METHODS), *MORE_METHODS):
+    for named in (*lx.METHODS, *MORE_METHODS):
         method = lx.method_from(named)
         if hasattr(method, "resolution"):
             method = replace(method, resolution=96)

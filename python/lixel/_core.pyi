@@ -110,8 +110,7 @@ class Light:
         """Rays to the side of `axis`."""
 
 def methods() -> list[dict[str, Any]]:
-    """The one list: `name`, `title`, `citation`, `parameters` (see `parameters`) and `is_on_gpu`,
-    whether the GPU engine has a form of it, of each."""
+    """The one list: `name`, `title`, `citation`, and `parameters` (see `parameters`) of each."""
 
 def parameters(method: str) -> list[dict[str, Any]]:
     """What the parameters of a method are, of a filter such as ``"pcf"`` or of ``"auto"``.

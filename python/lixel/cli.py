@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from . import __version__, completion, image_files
 from ._core import DeviceError
 from .arguments import did_you_mean, needs
-from .frame import has_form, render
+from .frame import render
 from .info import info
 from .lab import (
     accuracy,
@@ -315,7 +315,7 @@ def _compare(options: argparse.Namespace) -> None:
     maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS, **PAGED_METHODS}
 
     def is_for(method: Method) -> bool:
-        return method.takes(light) and has_form(method)
+        return method.takes(light)
 
     methods = [
         method_with(name, resolution, options.parameters)

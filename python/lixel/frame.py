@@ -504,11 +504,6 @@ def _is_on_gpu(device: str | None) -> bool:
     return _core.engine(device) == "gpu"
 
 
-def has_form(method: Method | type[Method], device: str | None = None) -> bool:
-    """Whether the engine that renders, that of the device, has a form of the method."""
-    return method.is_on_gpu or not _is_on_gpu(device)
-
-
 def chosen_method(
     method: str | Method | None,
     device: str | None,

@@ -24,7 +24,7 @@ class Info:
     version : str
     cpu : dict
         The CPU engine: name of the processor, type, backend, driver, lanes (the kind of vector
-        instructions), threads, and own_methods, which no other engine has.
+        instructions) and threads.
     adapters : list of dict
         Name, type, backend, driver, features and limits of each.
     device : dict or None

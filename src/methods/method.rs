@@ -31,12 +31,9 @@ pub trait ShadowMethod: ParameterGroup {
     /// Whether it is nothing without arrays that somebody gives, so that no name calls it.
     const IS_GIVEN: bool = false;
 
-    /// Whether the GPU engine has a form of it.
-    const IS_ON_GPU: bool = true;
-
-    /// Whether it has one of the method with these parameters.
+    /// Whether the GPU engine has a form of it with these parameters.
     fn is_on_gpu(&self) -> bool {
-        Self::IS_ON_GPU
+        true
     }
 
     /// Records the method's passes.
@@ -76,6 +73,4 @@ pub struct Description {
     pub knows_masks: bool,
     /// Whether it is nothing without arrays that somebody gives.
     pub is_given: bool,
-    /// Whether the GPU engine has a form of it.
-    pub is_on_gpu: bool,
 }

@@ -65,7 +65,6 @@ macro_rules! methods {
                     schema: <$type>::SCHEMA,
                     knows_masks: <$type>::KNOWS_MASKS,
                     is_given: <$type>::IS_GIVEN,
-                    is_on_gpu: <$type>::IS_ON_GPU,
                 },)+]
             }
 

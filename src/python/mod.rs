@@ -12,7 +12,7 @@ use crate::cpu;
 use crate::engine::{DEVICE_RULE, Engine, reason_for_cpu};
 use crate::error::Error;
 use crate::gpu;
-use crate::methods::{Method, scene_optimized};
+use crate::methods::scene_optimized;
 use crate::occlusion;
 use crate::reference::{self, Reference};
 use crate::scene::Scene;
@@ -278,10 +278,6 @@ fn device<'py>(py: Python<'py>, device: Option<&Bound<PyAny>>) -> PyResult<Bound
             let cpu::Description { lanes, threads, .. } = cpu::description();
             result.set_item("lanes", lanes)?;
             result.set_item("threads", threads)?;
-            let methods = Method::list().into_iter();
-            let own = methods.filter(|method| !method.is_on_gpu);
-            let own: Vec<_> = own.map(|method| method.schema.name).collect();
-            result.set_item("own_methods", own)?;
         }
     }
     Ok(result)

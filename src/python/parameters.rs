@@ -38,7 +38,6 @@ pub fn methods(py: Python) -> PyResult<Vec<Bound<PyDict>>> {
         let texts = [("name", name), ("title", title), ("citation", citation)];
         let description = texts.into_py_dict(py)?;
         description.set_item("parameters", parameters(py, name)?)?;
-        description.set_item("is_on_gpu", method.is_on_gpu)?;
         Ok(description)
     };
     Method::list().iter().map(describe).collect()

@@ -18,7 +18,6 @@ from .. import _core
 from ..arguments import did_you_mean, instance
 from ..camera import Camera
 from ..default_view import DEFAULT_LIGHT, see_all
-from ..frame import has_form
 from ..light import LIGHTS, Light
 from ..load import load
 from ..methods import METHODS, Checked, Method, OwnMethod, method_from
@@ -63,7 +62,7 @@ def cases_of(
     size: tuple[int, int] | None,
     device: str | None = None,
 ) -> Iterator[Case]:
-    variants = _variants(methods, parameters, device)
+    variants = _variants(methods, parameters)
     for name, origin in _named_scenes(scenes).items():
         scene = made_scene(origin)
         digest = hashlib.sha256(b"".join(scene._bytes())).hexdigest()
@@ -92,11 +91,10 @@ def cases_of(
 def _variants(
     methods: str | Method | Iterable[str | Method] | None,
     parameters: Mapping[str, Iterable[Any]] | None,
-    device: str | None,
 ) -> list[Method]:
     """Every method with every combination of the parameters that it has, each once."""
     if methods is None:
-        chosen = [made() for made in METHODS.values() if has_form(made, device)]
+        chosen: list[Method] = [made() for made in METHODS.values()]
     elif isinstance(methods, str) or not isinstance(methods, Iterable):
         chosen = [method_from(methods)]
     else:

@@ -10,7 +10,7 @@ from typing import Any
 from .. import image_files, scenes
 from ..camera import Camera
 from ..compare import compare
-from ..frame import FrameParts, frame_parts, has_form, render
+from ..frame import FrameParts, frame_parts, render
 from ..light import Light, PointLight
 from ..methods import METHODS, Method, method_from, resolution_text
 from ..pictures import display
@@ -51,7 +51,7 @@ def measure(folder: Path, width: int, height: int) -> list[dict[str, Any]]:
     point_light = PointLight(low + (0.53, 0.6, 0.52) * (high - low))
     status(f"a colonnade of {scene.triangle_count:,} triangles, {width} x {height} pixels")
     every = [method() for method in METHODS.values()]
-    methods = [method for method in every if method.takes(light) and has_form(method)]
+    methods = [method for method in every if method.takes(light)]
     around = [method_from(name) for name in AROUND_A_POINT_LIGHT]
     tables = {
         "directional": evaluate(scene, camera, light, methods, folder / "directional", 3),

@@ -17,7 +17,6 @@ import numpy.typing as npt
 from .. import scenes
 from ..arguments import did_you_mean
 from ..camera import Camera
-from ..frame import has_form
 from ..light import DirectionalLight, HemisphereLight, Light, PointLight, SpotLight
 from ..methods import METHODS, Method, method_from
 from ..scene import Scene, joined
@@ -586,4 +585,4 @@ def methods_for(case: Case, names: Iterable[str] | None = None) -> list[Method]:
         method if method.name in WITHOUT_MAP else dataclasses.replace(method, resolution=RESOLUTION)
         for method in chosen
     ]
-    return [method for method in sized if method.takes(light) and has_form(method)]
+    return [method for method in sized if method.takes(light)]

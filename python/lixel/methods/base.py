@@ -35,9 +35,6 @@ class ShadowMethod(Checked):
     lights: ClassVar[tuple[type[Light], ...]] = LIGHTS
     """The kinds of light that the method is made for."""
 
-    is_on_gpu: ClassVar[bool] = True
-    """Whether the GPU engine has a form of it; the CPU engine has every method."""
-
     @classmethod
     def published(cls: type[Own], *, paper: str | None = None, **changes: Any) -> Own:
         """The method as a paper has it; the class itself has the defaults, which may be better.
