@@ -116,6 +116,11 @@ def read_shaders_when_run(text: str) -> str:
 
 def copy_project(folder: Path, names: list[str], changed: Mapping[str, str]) -> None:
     """Writes only what differs: cargo builds again what is new."""
+    # What has moved since would be there twice.
+    for moved in ("src", "shaders"):
+        for path in (folder / moved).rglob("*.*"):
+            if path.relative_to(folder).as_posix() not in names:
+                path.unlink()
     for name in names:
         content = changed[name].encode() if name in changed else (ROOT / name).read_bytes()
         path = folder / name
