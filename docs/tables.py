@@ -392,6 +392,8 @@ WHAT = {
     "departures/cpu": "what each departure of a default from its paper gains",
     "filters/cpu": "filtered maps against the lit share of 32 samples in each pixel",
     "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
+    "newcomer/steps": "the way from a clone to a picture of one's own, without what was downloaded "
+    "before; beside it what each step printed",
     "papers/rankings": "the papers' methods as published, by scenes and random lights",
     "growth/cpu": "time and memory by triangles, pixels, threads, and where much lies together",
     "masks/sponza": "what the holes of a fence and of leaves cost, and that no pixel is wrong",

@@ -30,7 +30,7 @@ def test_a_map_beyond_the_device_is_refused(method, view):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("resolution", [32769, 2**31, 2**32 - 1])
 def test_a_map_beyond_all_devices_is_refused(method, resolution, view):
-    with pytest.raises(ValueError, match=rf"resolution .* 1 to 32768, got {resolution}"):
+    with pytest.raises(ValueError, match=rf"resolution .* 1 to 32768, .*got {resolution}"):
         lx.render(*view, method(resolution=resolution))
 
 
