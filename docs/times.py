@@ -163,6 +163,17 @@ def growth_of_exact() -> str:
     )
 
 
+def newcomer() -> str:
+    """How long it takes from a clone to a picture."""
+    steps = read(RESULTS / "newcomer" / "steps.csv")
+    return (
+        "From a clone to a picture of a file of one's own these take "
+        f"{steps['seconds'].sum():,.0f} s on two cores ({steps.attrs['device']}),\n"
+        "with all that is downloaded: "
+        "`python tests/tools/newcomer.py`."
+    )
+
+
 def where_exact_is_slow() -> str:
     """`exact` beside `ray_traced` where nearly all triangles are in little of what is seen."""
     table = read(RESULTS / "growth" / "cpu.csv").set_index(["series", "step", "method"])

@@ -4,7 +4,7 @@
 
 Clones the checkout's last commit into an empty folder, gives cargo and pip no crate and no package
 that was downloaded before, and does what the README says, word by word. The table has each step's
-command, its seconds and the last line that it printed; all that it printed stands beside the table,
+line, its seconds and the last one that it printed; all that it printed stands beside the table,
 in NUMBER.txt.
 """
 
@@ -73,13 +73,13 @@ def main() -> None:
             rows.append(
                 {
                     "step": step.what,
-                    "command": step.command.replace(str(ROOT), "lixel"),
+                    "line": step.command.replace(str(ROOT), "URL"),
                     "seconds": round(seconds, 1),
                     "last_line": lines[-1],
                 }
             )
             print(f"{seconds:7.1f} s  {step.what}", flush=True)
-            if options.output is not None:
+            if options.output is not None and printed:
                 options.output.parent.mkdir(parents=True, exist_ok=True)
                 options.output.with_name(f"{number}.txt").write_text(printed)
         assert (folder / "lixel" / "shadows.png").read_bytes().startswith(b"\x89PNG")
@@ -114,8 +114,9 @@ def run(command: str, folder: Path) -> str:
         text=True,
     )
     printed = OVERWRITTEN.sub("", ended.stdout).replace(str(folder) + "/", "")
-    # Where this machine's pip looks first.
+    # Where this machine's pip looks first, and where maturin builds.
     printed = re.sub(r"^Looking in .*\n", "", printed, flags=re.MULTILINE)
+    printed = re.sub(r" /\S*/\.tmp\w+/", " ", printed)
     if ended.returncode != 0:
         sys.exit(f"{command}\n{printed}")
     return printed
