@@ -117,6 +117,7 @@ BAD: list[tuple[str, str, Any, type[Exception], str]] = [
     ("uniform", "lookup", lx.Uniform(), TypeError, "or Moments, got <class 'lixel"),
     ("desired_view", "snap", 1, TypeError, "True or False, got 1"),
     ("cascades", "layers", 9, ValueError, "a whole number of layers from 1 to 8, got 9"),
+    ("cascades", "layers", 0, ValueError, "a whole number of layers from 1 to 8, got 0"),
     ("rtw", "importance", "distance*count", ValueError, "'boundary', got 'count'"),
     ("rtw", "importance", (), ValueError, "'boundary', got ''"),
     ("rtw", "importance", [1], TypeError, "'boundary', got [1]"),

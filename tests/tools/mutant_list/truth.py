@@ -87,7 +87,7 @@ MUTANTS = (
     Mutant(
         "holes", "the nearest texel is the one before", "src/masks.rs",
         "Sampling::Nearest => ((place + 0.5).floor(), DVec2::ZERO),",
-        "Sampling::Nearest => (place.floor(), DVec2::ZERO),", ALPHA,
+        "Sampling::Nearest => (place.floor(), DVec2::ZERO),", HOLES,
     ),
     Mutant(
         "holes", "what lies in a hole is in shadow", "src/cpu/holes.rs",
