@@ -343,6 +343,14 @@ def errors_by_angle() -> str:
     )
 
 
+def mutants() -> str:
+    table = read(RESULTS / "stability" / "mutants.csv")
+    return (
+        f"Of {len(table)} such mutants the tests fail on {table['killed'].sum()}, by "
+        f"{table['subject'].nunique()} subjects in `docs/results/stability/mutants.csv`."
+    )
+
+
 def culling() -> str:
     return markdown(read(RESULTS / "stability" / "culling.csv"))
 
@@ -541,6 +549,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "virtual beside cascades": lambda: pages("pages"),
     "virtual beside cascades, finer": lambda: pages("pages-fine"),
     "culling": culling,
+    "mutants": mutants,
     "flicker": flicker,
 }
 
