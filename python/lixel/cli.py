@@ -314,12 +314,9 @@ def _compare(options: argparse.Namespace) -> None:
     scene, camera, light = view_of(options)
     maps = {**MAP_METHODS, **OMNIDIRECTIONAL_METHODS, **PAGED_METHODS}
 
-    def is_for(method: Method) -> bool:
-        return method.takes(light)
-
     methods = [
         method_with(name, resolution, options.parameters)
-        for name in options.method or [n for n, known in maps.items() if is_for(known())]
+        for name in options.method or [n for n, known in maps.items() if known().takes(light)]
         for resolution in options.resolution or [None]
     ]
     demo.show(demo.evaluate(scene, camera, light, methods, options.output))
