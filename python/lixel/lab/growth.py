@@ -13,7 +13,6 @@ import math
 import os
 import statistics
 import tempfile
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -35,7 +34,7 @@ from .options import add_output, natural
 from .own_process import in_own_process, peak_megabytes
 from .report import progress, table as as_text
 from .result_tables import append, read, resume
-from .timing import moved_by_a_hair, wall_ms
+from .timing import moved_by_a_hair, wall_and_processor_ms, wall_ms
 
 if TYPE_CHECKING:
     import pandas
@@ -239,7 +238,7 @@ def _measured(
 
     frame()
     seconds = wall_ms(frame) / 1e3
-    times = [_both_ms(frame) for _ in range(_count(repeats, seconds))]
+    times = [wall_and_processor_ms(frame) for _ in range(_count(repeats, seconds))]
     of_frames = peak_megabytes()
     found = {
         "threads": threads or _core.device("cpu")["threads"],
@@ -262,10 +261,3 @@ def _building_ms(call: Callable[[], object], repeats: int) -> float:
 def _count(repeats: int, seconds: float) -> int:
     """How often something is timed that takes so long."""
     return min(repeats, max(1, int(PATIENCE / seconds)))
-
-
-def _both_ms(call: Callable[[], object]) -> tuple[float, float]:
-    """Milliseconds from a call to its return, and of all processors meanwhile."""
-    before = time.process_time()
-    wall = wall_ms(call)
-    return wall, 1e3 * (time.process_time() - before)

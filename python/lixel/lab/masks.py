@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import statistics
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,7 +29,7 @@ from .brute_force import Triangles, cast
 from .leaves import leafy
 from .options import SCENE_HELP, add_output, add_view, natural, path_ending_in, show, view_of
 from .report import progress, waiting
-from .timing import moved_by_a_hair, wall_ms
+from .timing import moved_by_a_hair, wall_and_processor_ms
 
 METHODS: Mapping[str, Method] = {
     "exact": Exact(),
@@ -208,12 +207,13 @@ def _times(
     for turn in range(-2, repeats):
         for scene, wall, processor in zip(scenes, walls, processors, strict=True):
             camera = moved_by_a_hair(case.camera, scene, random)
-            before = time.process_time()
-            took = wall_ms(lambda: render_shadows(scene, camera, case.light, method))  # noqa: B023
+            took = wall_and_processor_ms(
+                lambda: render_shadows(scene, camera, case.light, method)  # noqa: B023
+            )
             # The first two warm up.
             if turn >= 0:
-                wall.append(took)
-                processor.append(1e3 * (time.process_time() - before))
+                wall.append(took[0])
+                processor.append(took[1])
     return {
         "ms": statistics.median(walls[0]),
         "ms, solid": statistics.median(walls[1]),
