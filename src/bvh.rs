@@ -5,15 +5,19 @@
 //! whether a triangle is hit: it hands every triangle near the ray to the caller, who tests in
 //! float64. So the boxes may be float32, as long as no triangle is missed.
 //!
-//! They are kept relative to the centre of the scene and scaled to [-1, 1], which makes all float32
-//! errors of the walk one constant, whatever the scene's size and place; each box is grown by it and
-//! by the caller's margin (after Ize, "Robust BVH ray traversal", 2013).
+//! They are kept relative to the centre of the scene and scaled to [-1, 1]. Each box is grown by the
+//! caller's margin and by what float32 rounds of where the ray starts, and distances along the ray are
+//! compared with their relative rounding (after Ize, "Robust BVH ray traversal", JCGT 2(2), 2013). So
+//! near the middle of a wide scene the walk is no coarser than what is there.
 
 use crate::scene::Scene;
 use glam::{DVec3, Vec3, Vec3A};
-use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2, bvh2::node::Bvh2Node};
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use obvhs::{BvhBuildParams, aabb::Aabb, ploc::PlocBuilder};
 use rayon::prelude::*;
-use std::{ops::ControlFlow, time::Duration};
+use std::ops::ControlFlow;
 
 /// A piece of a ray, thick by a margin: all triangles within the margin of it are asked for.
 #[derive(Debug, Clone, Copy)]
@@ -25,15 +29,14 @@ pub struct ThickRay {
     pub start: f64,
     pub end: f64,
     pub margin: f64,
+    /// How much more that is for a triangle, as a share of how far its corners are from the origin at most.
+    pub growth: f64,
     /// Of a packet, how far its rays begin from this one at most, along each axis.
     pub spread: DVec3,
 }
 
 /// Something that finds the triangles near a ray.
 pub trait Search: Sync {
-    /// At least the distance from the point to the farthest corner of any triangle.
-    fn farthest(&self, point: DVec3) -> f64;
-
     /// Calls `visit` with every triangle of non-zero area near the ray, and perhaps with others,
     /// each once. `visit` returns the distance beyond which it needs no more, or breaks.
     fn visit(&self, ray: ThickRay, visit: impl FnMut(u32) -> ControlFlow<(), f64>);
@@ -73,9 +76,19 @@ pub struct ThreadedNode {
 
 const LEAF_SHIFT: u32 = 4;
 
-/// Covers the float32 errors of the walk: all numbers that matter are below 4 and go through a
-/// handful of roundings of 2^-24 each.
+/// Boxes to either side on the curve among which the nearest is looked for: that of a medium build.
+const SEARCHED: usize = 14;
+
+/// Covers the float32 errors of a walk in shaders: all numbers that matter are below 4 and go through
+/// a handful of roundings of 2^-24 each.
 pub const WALK_MARGIN: f32 = 1.0 / (1 << 18) as f32;
+
+/// What float32 rounds of a number that goes through a handful of roundings of 2^-24 each, as a share
+/// of it: a place of the walk here, or a distance along the ray.
+const WALK_ROUNDING: f32 = 1.0 / (1 << 20) as f32;
+
+/// What float64 rounds of a ray's origin that was put together, as a share of it.
+const ORIGIN_ROUNDING: f64 = 1.0 / (1_u64 << 50) as f64;
 
 /// A box around each triangle of non-zero area, rounded outwards.
 pub struct TriangleBoxes {
@@ -125,6 +138,38 @@ impl TriangleBoxes {
     }
 }
 
+/// The hierarchy of boxes from -1 to 1, as `obvhs` builds one of medium quality, but that the curve which puts the boxes in
+/// order has steps of the same size along each axis. By a box of its own shape a wide scene would first be cut into
+/// slices of its height, and neighbours would be far from each other.
+fn built(boxes: &[Aabb]) -> Bvh2 {
+    let parameters = BvhBuildParams::medium_build();
+    let mut bvh = Bvh2::zeroed(boxes.len());
+    bvh.primitive_indices = (0..boxes.len() as u32).collect();
+    let mut builder = PlocBuilder::with_capacity(boxes.len());
+    for (i, (node, aabb)) in builder.current_nodes.iter_mut().zip(boxes).enumerate() {
+        *node = Bvh2Node::new(*aabb, 1, i as u32);
+    }
+    // A little wider than what it holds, so that no place is beyond its last step.
+    let side = Vec3A::splat(1.0 + WALK_MARGIN);
+    builder.build_ploc_from_leaves::<SEARCHED, false>(
+        &mut bvh,
+        Aabb::new(-side, side),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    );
+    let mut reinsertion = ReinsertionOptimizer::default();
+    let share = parameters.reinsertion_batch_ratio;
+    reinsertion.run(&mut bvh, share, None);
+    collapse(
+        &mut bvh,
+        parameters.max_prims_per_leaf,
+        parameters.collapse_traversal_cost,
+    );
+    let more = parameters.post_collapse_reinsertion_batch_ratio_multiplier;
+    reinsertion.run(&mut bvh, share * more, None);
+    bvh
+}
+
 impl Bvh {
     pub fn new(scene: &Scene) -> Self {
         let TriangleBoxes {
@@ -139,8 +184,7 @@ impl Bvh {
                 space,
             };
         }
-        let parameters = BvhBuildParams::medium_build();
-        let built = build_bvh2(&boxes, parameters, &mut Duration::default());
+        let built = built(&boxes);
         let order = built.primitive_indices.iter();
         Self {
             nodes: built.nodes,
@@ -186,11 +230,46 @@ impl Bvh {
     }
 }
 
-impl Search for Bvh {
-    fn farthest(&self, point: DVec3) -> f64 {
+impl Bvh {
+    /// At least the distance from the point to the farthest corner of any triangle.
+    pub fn farthest(&self, point: DVec3) -> f64 {
         point.distance(self.space.centre) + 3_f64.sqrt() * self.space.half_size
     }
+}
 
+/// A ray in the space of boxes.
+struct Walk {
+    start: Vec3A,
+    inverse: Vec3A,
+    /// How much each box is grown, and more as a share of its distance.
+    grown: Vec3A,
+    growth: f32,
+}
+
+impl Walk {
+    /// Where the ray enters a box before a distance, infinite if it does not.
+    #[inline(always)]
+    fn entry(&self, aabb: &Aabb, end: f32) -> f32 {
+        let mut grown = self.grown;
+        if self.growth > 0.0 {
+            let farthest = (aabb.min - self.start)
+                .abs()
+                .max((aabb.max - self.start).abs());
+            grown += self.growth * farthest.element_sum();
+        }
+        let a = (aabb.min - (self.start + grown)) * self.inverse;
+        let b = (aabb.max - (self.start - grown)) * self.inverse;
+        let enter = a.min(b).max_element().max(0.0);
+        let leave = a.max(b).min_element() * (1.0 + WALK_ROUNDING);
+        if enter <= leave.min(end) {
+            enter
+        } else {
+            f32::INFINITY
+        }
+    }
+}
+
+impl Search for Bvh {
     fn visit(&self, ray: ThickRay, mut visit: impl FnMut(u32) -> ControlFlow<(), f64>) {
         if self.nodes.is_empty() {
             return;
@@ -199,14 +278,19 @@ impl Search for Bvh {
         // that an eye far away costs no precision.
         let origin = self.space.place_of(ray.origin);
         let half_size = self.space.half_size;
-        let margin = ray.margin / half_size;
         let spread = ray.spread / half_size;
-        let width = margin + spread.length();
+        let rounding = ORIGIN_ROUNDING * ray.origin.abs().max_element();
+        let mut margin = (ray.margin + rounding) / half_size;
+        // Beyond a corner of the scene's box there is no triangle.
+        let width = margin + spread.length() + ray.growth * 2.0 * (origin.length() + 2.0);
         let skipped = (-origin.dot(ray.direction) - 2.0 - width).max(ray.start / half_size);
+        margin += ray.growth * 2.0 * skipped;
         let start = (origin + skipped * ray.direction).as_vec3a();
+        let grown = (spread + margin).as_vec3a();
+        let grown = grown + WALK_ROUNDING * (start.abs().max_element() + grown.max_element());
         let reach = |end: f64| {
             let reach = end / half_size - skipped + width;
-            reach as f32 * (1.0 + WALK_MARGIN) + WALK_MARGIN
+            reach as f32 * (1.0 + WALK_ROUNDING) + grown.max_element()
         };
         let mut end = reach(ray.end);
         if end < 0.0 {
@@ -222,19 +306,15 @@ impl Search for Bvh {
                 1.0 / d as f32
             }
         };
-        let inverse = Vec3A::from(ray.direction.to_array().map(component));
-        let grown = (spread + margin).as_vec3a() * (1.0 + WALK_MARGIN) + WALK_MARGIN;
-        let (from_min, from_max) = (start + grown, start - grown);
-        let entry = |node: &Bvh2Node, end: f32| {
-            let a = (node.aabb.min - from_min) * inverse;
-            let b = (node.aabb.max - from_max) * inverse;
-            let enter = a.min(b).max_element().max(0.0);
-            let leave = a.max(b).min_element().min(end);
-            if enter <= leave { enter } else { f32::INFINITY }
+        let walk = Walk {
+            start,
+            inverse: Vec3A::from(ray.direction.to_array().map(component)),
+            grown,
+            growth: ray.growth as f32 * (1.0 + WALK_ROUNDING),
         };
 
         let mut stack: Vec<(u32, f32)> = Vec::with_capacity(64);
-        let enter = entry(&self.nodes[0], end);
+        let enter = walk.entry(&self.nodes[0].aabb, end);
         if enter == f32::INFINITY {
             return;
         }
@@ -255,8 +335,8 @@ impl Search for Bvh {
                 continue;
             }
             // The nearer child first: it goes on the stack last.
-            let mut children =
-                [first, first + 1].map(|child| (child as u32, entry(&self.nodes[child], end)));
+            let mut children = [first, first + 1]
+                .map(|child| (child as u32, walk.entry(&self.nodes[child].aabb, end)));
             if children[0].1 < children[1].1 {
                 children.swap(0, 1);
             }
@@ -269,10 +349,6 @@ impl Search for Bvh {
 pub struct Everything<'a>(pub &'a Scene);
 
 impl Search for Everything<'_> {
-    fn farthest(&self, _point: DVec3) -> f64 {
-        0.0
-    }
-
     fn visit(&self, _ray: ThickRay, mut visit: impl FnMut(u32) -> ControlFlow<(), f64>) {
         for (triangle, normal) in self.0.unit_normals().iter().enumerate() {
             if *normal != Vec3::ZERO && visit(triangle as u32).is_break() {
@@ -283,112 +359,4 @@ impl Search for Everything<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::twin::Random;
-
-    /// The triangles near a ray.
-    fn met(bvh: &Bvh, ray: ThickRay) -> Vec<u32> {
-        let mut met = Vec::new();
-        bvh.visit(ray, |triangle| {
-            met.push(triangle);
-            ControlFlow::Continue(f64::INFINITY)
-        });
-        met
-    }
-
-    #[test]
-    fn grown_boxes_hold_their_triangles_and_the_margin() {
-        let vertices = vec![
-            DVec3::ZERO,
-            DVec3::X / 3.0,
-            DVec3::new(0.1, 0.7, 0.0),
-            -DVec3::Z,
-        ];
-        let scene = Scene::new(vertices, vec![[0, 1, 2], [0, 0, 3], [1, 2, 3]]).unwrap();
-        let boxes = TriangleBoxes::new(&scene);
-        assert_eq!(boxes.triangles, [0, 2]);
-        for margin in [0.0, WALK_MARGIN, 0.25] {
-            for (triangle, [least, greatest]) in boxes.triangles.iter().zip(boxes.grown(margin)) {
-                let slack = f64::from(margin);
-                for corner in scene.corners(*triangle) {
-                    let corner = boxes.space.place_of(corner);
-                    let least = Vec3::from(least).as_dvec3();
-                    let greatest = Vec3::from(greatest).as_dvec3();
-                    assert!((corner - slack).cmpgt(least).all());
-                    assert!((corner + slack).cmplt(greatest).all());
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_packet_meets_what_each_of_its_rays_meets() {
-        let mut random = Random(7);
-        let mut vector = || DVec3::from_array([0; 3].map(|_| 2.0 * random.share() - 1.0));
-        let mut vertices = Vec::new();
-        for _ in 0..400 {
-            let middle = 10.0 * vector();
-            vertices.extend([0; 3].map(|_| middle + 0.4 * vector()));
-        }
-        let triangles = (0..400).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        let bvh = Bvh::new(&Scene::new(vertices, triangles).unwrap());
-        let met = |ray| met(&bvh, ray);
-        let mut count = 0;
-        for i in 0..500 {
-            // From within the scene, and wide from far outside of it.
-            let scale = if i % 4 < 2 { 1.0 } else { 8.0 };
-            let (middle, spread) = (scale * 8.0 * vector(), scale * vector().abs());
-            let light = 12.0 * vector();
-            // Rays that all go one way, and rays that end in one point.
-            let has_end = i % 2 == 0;
-            let ray_from = |origin: DVec3, spread: DVec3| {
-                let to_light = if has_end { light - origin } else { light };
-                ThickRay {
-                    origin,
-                    direction: to_light.normalize(),
-                    start: 0.0,
-                    end: if has_end {
-                        to_light.length()
-                    } else {
-                        f64::INFINITY
-                    },
-                    margin: 1e-6,
-                    spread,
-                }
-            };
-            let of_packet = met(ray_from(middle, spread));
-            for _ in 0..20 {
-                let of_one = met(ray_from(middle + spread * vector(), DVec3::ZERO));
-                count += of_one.len();
-                assert!(of_one.iter().all(|triangle| of_packet.contains(triangle)));
-            }
-        }
-        assert!(count > 1000);
-    }
-
-    #[test]
-    fn a_wide_packet_begins_before_any_of_its_rays_enters_the_scene() {
-        let corner = DVec3::splat(-10.0);
-        let small = |at: DVec3, size: f64| [at, at + size * DVec3::X, at + size * DVec3::Y];
-        let vertices = [small(corner, 0.1), small(-corner, -0.1)].concat();
-        let bvh = Bvh::new(&Scene::new(vertices, vec![[0, 1, 2], [3, 4, 5]]).unwrap());
-        let direction = DVec3::new(0.95, 0.3, 0.1).normalize();
-        let origin = corner + DVec3::new(0.03, 0.03, 0.0) - 40.0 * direction;
-        // The ray in the middle passes the corner before it comes near the scene.
-        let spread = DVec3::new(20.0, 20.0, 0.0);
-        let middle = origin - 0.999 * DVec3::new(20.0, -20.0, 0.0);
-        for (origin, spread) in [(origin, DVec3::ZERO), (middle, spread)] {
-            let ray = ThickRay {
-                origin,
-                direction,
-                start: 0.0,
-                end: f64::INFINITY,
-                margin: 1e-6,
-                spread,
-            };
-            let met = met(&bvh, ray);
-            assert!(met.contains(&0), "{spread}: {met:?}");
-        }
-    }
-}
+mod tests;

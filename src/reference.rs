@@ -220,7 +220,7 @@ fn first_triangles(scene: &Scene, search: &impl Search, camera: &Camera, ray: &R
     // All triangles that are possibly hit, up to where the first definite one ends.
     let mut candidates: Vec<(u32, Contact)> = Vec::new();
     let mut end = f64::INFINITY;
-    search.visit(ray.thick(camera, search), |triangle| {
+    search.visit(ray.thick(camera), |triangle| {
         if let Some(contact) = ray.meet(scene, camera, triangle) {
             if contact.definite {
                 end = end.min(contact.far);
@@ -404,7 +404,7 @@ fn shade(
     let ray = Ray::new(receiver.point, direction, (0.0, distance), GRANTED).from(receiver.margin);
     let mut definite = false;
     let mut candidates: Vec<(u32, Contact)> = Vec::new();
-    search.visit(ray.thick(camera, search), |triangle| {
+    search.visit(ray.thick(camera), |triangle| {
         if triangle != receiver.triangle
             && let Some(contact) = ray.meet(scene, camera, triangle)
             && let Some(contact) = contact.before(source, receiver, scene, camera, &ray, triangle)
@@ -485,16 +485,15 @@ impl Ray {
     }
 
     /// The ray as the search wants it, thick enough for all margins.
-    fn thick(&self, camera: &Camera, search: &impl Search) -> ThickRay {
-        let origin = camera.eye + self.origin;
-        // Twice, because the margins below are made from a sum of coordinates, not from a length.
-        let margin = 2.0 * self.granted * search.farthest(origin) + self.margin;
+    fn thick(&self, camera: &Camera) -> ThickRay {
         ThickRay {
-            origin,
+            origin: camera.eye + self.origin,
             direction: self.direction,
             start: self.range.0,
             end: self.range.1,
-            margin,
+            margin: self.margin,
+            // Twice, because the margins below are made from a sum of coordinates, not from a length.
+            growth: 2.0 * self.granted,
             spread: DVec3::ZERO,
         }
     }

@@ -21,7 +21,7 @@ use super::receivers::{
 use super::shadow_rays::{RAY_ROUNDING, is_lit};
 use super::tiles::BLOCK;
 use super::view::View;
-use crate::bvh::{Bvh, Search};
+use crate::bvh::Bvh;
 use crate::geometry::bounds_of;
 use crate::lanes::Each;
 use crate::light::{Cone, Light};

@@ -303,6 +303,7 @@ impl ShadowRays<'_> {
             start: 0.0,
             end: if has_end { length } else { f64::INFINITY },
             margin: self.margin,
+            growth: 0.0,
             spread: 0.5 * (high - low),
         }
     }
@@ -351,6 +352,7 @@ pub fn is_lit(
         start: 0.0,
         end: if has_end { length } else { f64::INFINITY },
         margin,
+        growth: 0.0,
         spread: DVec3::ZERO,
     };
     let mut is_lit = true;
