@@ -317,11 +317,13 @@ const KNOWN_GROUPS: usize = 128;
 /// Shapes of groups that were asked for before: blocks beside each other look at the same ones.
 pub struct KnownShapes(Vec<KnownGroup>);
 
-/// The shapes of a group's triangles, relative to the middle of its cell.
+/// The shapes of a group's triangles, relative to the middle of a cell.
 #[derive(Clone)]
 struct KnownGroup {
     /// Where the group lies in memory.
     address: usize,
+    /// The middle: cells may share a group.
+    origin: [f32; 2],
     shapes: Shapes,
     /// Lanes that are for float64 and not set up yet, and those that are seen edge-on.
     unset: u32,
@@ -332,6 +334,7 @@ impl Default for KnownShapes {
     fn default() -> Self {
         let none = KnownGroup {
             address: 0,
+            origin: [0.0; 2],
             shapes: Shapes::NONE,
             unset: 0,
             unseen: 0,
@@ -352,10 +355,10 @@ impl KnownShapes {
     ) -> &mut KnownGroup {
         let address = std::ptr::from_ref(group).addr();
         let known = &mut self.0[address / size_of::<Group>() % KNOWN_GROUPS];
-        if known.address != address {
+        if known.address != address || known.origin != in_cell.origin {
             let triangles = triangles_of(scene, group.ids);
             let corners = Corners::new(simd, &grid.places, triangles);
-            known.address = address;
+            (known.address, known.origin) = (address, in_cell.origin);
             known.unset = corners.wide(simd, &grid.view);
             known.unseen = 0;
             let corners = corners.relative_to(in_cell.origin);
