@@ -334,7 +334,6 @@ BLOCKS: dict[str, Callable[[], str]] = {
     **{f"growth, {name}": lambda name=name: times.growth(name) for name in times.GROWS},
     "growth, exact": times.growth_of_exact,
     "newcomer": times.newcomer,
-    "where exact is slow": times.where_exact_is_slow,
     "growth, processor": lambda: f"They were measured {times.processor('growth/cpu')}.",
     "holes, cost": times.holes,
     "holes, processor": lambda: f"They were measured {times.processor('masks/sponza')}.",

@@ -174,22 +174,6 @@ def newcomer() -> str:
     )
 
 
-def where_exact_is_slow() -> str:
-    """`exact` beside `ray_traced` where nearly all triangles are in little of what is seen."""
-    table = read(RESULTS / "growth" / "cpu.csv").set_index(["series", "step", "method"])
-
-    def times(series: str, step: int) -> str:
-        exact, rays = (table["ms"][series, step, method] for method in ("exact", "ray_traced"))
-        return f"{exact:,.0f} ms, `ray_traced` {rays:,.0f}"
-
-    floor = table["triangles"]["floor", 100, "exact"]
-    heap = table["triangles"]["heap", 1_000_000, "exact"]
-    return (
-        f"For {floor:,} triangles on a floor that is 100 times as wide as they are it takes\n"
-        f"{times('floor', 100)}; for {heap:,} in a heap, {times('heap', 1_000_000)}."
-    )
-
-
 def holes() -> str:
     """A fence and plants: what their holes cost, and pixels that are wrong."""
     table = read(RESULTS / "masks" / "sponza.csv")

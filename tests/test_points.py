@@ -88,6 +88,20 @@ def test_points_in_space_are_those_of_brute_force(light, offset):
     np.testing.assert_array_equal(found[certain], lit[certain])
 
 
+@pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
+def test_points_in_a_crowd_are_those_of_rays(light):
+    """Most triangles are in one cell of the light's grid, which has a finer one for them."""
+    random = np.random.default_rng(3)
+    middles = random.uniform(-0.5, 0.5, (9_000, 1, 3))
+    corners = middles + random.normal(size=(9_000, 3, 3)) * 0.01
+    floor = 400.0 * np.array([[-1, -0.002, -1], [1, -0.002, -1], [0, -0.002, 1]])
+    vertices = np.concatenate([corners.reshape(-1, 3), floor])
+    scene = lx.Scene(vertices, np.arange(len(vertices)).reshape(-1, 3))
+    points = random.uniform(-1.0, 1.0, (3_000, 3))
+    points[::3] *= (200.0, 1.0, 200.0)
+    assert 0.02 < by_both(scene, points, light).mean() < 0.98
+
+
 def sphere(subdivisions: int = 4) -> SimpleNamespace:
     """A convex closed mesh, and points on its triangles with their normals."""
     trimesh = pytest.importorskip("trimesh")

@@ -93,11 +93,23 @@ pub fn bins<T: DrawnTiles>(
     places: &[Place],
     cover: Cover,
 ) -> Bins {
+    bins_among(view, (tiling, drawn), (scene, None), places, cover)
+}
+
+/// The same of some triangles of a scene, or of all.
+pub fn bins_among<T: DrawnTiles>(
+    view: &View,
+    (tiling, drawn): (Tiling, &T),
+    (scene, among): (&Scene, Option<&[u32]>),
+    places: &[Place],
+    cover: Cover,
+) -> Bins {
     let sorter = Sorter {
         view,
         tiling,
         drawn,
         scene,
+        among,
         places,
         cover,
     };
@@ -105,7 +117,7 @@ pub fn bins<T: DrawnTiles>(
     let mut bins: Bins = (0..rayon::current_num_threads())
         .map(|_| of_thread())
         .collect();
-    let count = scene.triangles().len();
+    let count = among.map_or(scene.triangles().len(), <[u32]>::len);
     share_jobs(&mut bins, count.div_ceil(CHUNK), |bins, job| {
         let range = job * CHUNK..((job + 1) * CHUNK).min(count);
         dispatch!(level(), simd => sorter.sort(simd, range, bins));
@@ -163,6 +175,8 @@ struct Sorter<'a, T> {
     tiling: Tiling,
     drawn: &'a T,
     scene: &'a Scene,
+    /// The triangles; all where there is no list.
+    among: Option<&'a [u32]>,
     places: &'a [Place],
     cover: Cover,
 }
@@ -184,10 +198,13 @@ impl<T: DrawnTiles> Sorter<'_, T> {
         let sure_near = splat(simd, (near * (1.0 - 1e-6 * near.signum())) as f32);
         let sure_far = splat(simd, (far * (1.0 + 1e-6 * far.signum())) as f32);
         for (places, count) in eights(range) {
-            let mut ids = [0; LANES];
-            for (id, place) in ids.iter_mut().zip(places) {
-                *id = place as u32;
-            }
+            let ids = match self.among {
+                Some(among) => ids_at(among, places),
+                None => places.map(
+                    #[inline(always)]
+                    |place| place as u32,
+                ),
+            };
             let triangles = triangles_of(self.scene, ids);
             let corners = Corners::new(simd, self.places, triangles);
             let Corners {

@@ -9,10 +9,10 @@ use super::lanes::{EPSILON, LANES, Simd, bits, f32x8, f32x16, mask_bits, mask32x
 use super::light_grid::{
     CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
 };
-use super::light_grids::SeenGrid;
+use super::light_grids::{Crowded, SeenGrid};
 use super::receivers::{
     BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, add_extents,
-    faces_around,
+    masks_of_views,
 };
 use super::shapes::{Corners, Shapes};
 use super::tiles::BLOCK;
@@ -21,30 +21,6 @@ use crate::occlusion::RayOf;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
-
-/// Which of the receivers of a block each view sees.
-#[inline(always)]
-pub fn masks_of_views<S: Simd>(
-    simd: S,
-    light_at: DVec3,
-    block: &BlockReceivers<S>,
-    count: usize,
-) -> [[u32; BLOCK]; 6] {
-    let mut masks = [[0; BLOCK]; 6];
-    if count == 1 {
-        masks[0] = block.facing;
-        return masks;
-    }
-    for (i, &facing) in block.facing.iter().enumerate() {
-        if facing != 0 {
-            let faces = faces_around(simd, light_at, &block.points[i]);
-            for (masks, face) in masks.iter_mut().zip(faces) {
-                masks[i] = face & facing;
-            }
-        }
-    }
-    masks
-}
 
 /// What receivers are tested against: grids of each view.
 pub struct Tests<'a> {
@@ -98,8 +74,19 @@ impl<S: Simd> InGrid<'_, S> {
     }
 }
 
+/// What is known of the receivers of a block.
+pub struct Lit {
+    /// Those of each row that the light reaches.
+    pub lit: [u32; BLOCK],
+    /// Of each view, those that fall in no grid.
+    pub left: [[u32; BLOCK]; 6],
+    /// Whether some are in a crowd whose grid is to be made.
+    pub waits: bool,
+}
+
 impl Tests<'_> {
-    /// Answers a tile, and gives the extents of receivers that fall in no grid.
+    /// Answers a tile. Where some receivers fall in no grid or in a crowd without one, it is for nothing, and what comes
+    /// is the extents of those in none.
     #[inline(always)]
     pub fn answer_tile<S: Simd>(
         &self,
@@ -108,23 +95,27 @@ impl Tests<'_> {
         tile: usize,
         rows: &mut [&mut [f32]],
         known: &mut Known,
-    ) -> [Extent; 6] {
+    ) -> Option<[Extent; 6]> {
         let mut block = BlockReceivers::none(simd);
         let mut places = BlockPlaces::none(simd);
         let mut beside = [Extent::EMPTY; 6];
+        let mut waits = false;
         for pixel in receivers.image.tiling.blocks(tile) {
             let mut lit = [0; BLOCK];
             if receivers.block(simd, pixel, 0..BLOCK, &mut known.planes, &mut block) {
-                let left;
-                (lit, left) = self.lit(simd, pixel, &block, &mut places, known);
+                let found = self.lit(simd, pixel, &block, &mut places, known);
+                lit = found.lit;
+                waits |= found.waits;
+                let left = found.left;
                 add_extents(simd, self.views, &block, &left, &mut places, &mut beside);
             }
             receivers.image.write_lit(simd, rows, pixel, lit);
         }
-        beside
+        let is_open = waits || beside.iter().any(|extent| !extent.is_empty());
+        is_open.then_some(beside)
     }
 
-    /// Which receivers of a block are lit, as far as they fall in a grid, and of each view those that fall in none.
+    /// Which receivers of a block are lit, as far as they fall in a grid.
     #[inline(always)]
     pub fn lit<S: Simd>(
         &self,
@@ -133,45 +124,63 @@ impl Tests<'_> {
         block: &BlockReceivers<S>,
         places: &mut BlockPlaces<S>,
         known: &mut Known,
-    ) -> ([u32; BLOCK], [[u32; BLOCK]; 6]) {
-        let mut lit = [0; BLOCK];
-        let mut masks = masks_of_views(simd, self.light_at, block, self.views.len());
+    ) -> Lit {
+        let mut found = Lit {
+            lit: [0; BLOCK],
+            left: masks_of_views(simd, self.light_at, block, self.views.len()),
+            waits: false,
+        };
+        let mut crowded = Crowded::default();
         for (face, grids) in self.grids.iter().enumerate() {
-            let left = &mut masks[face];
-            for (grid, view) in grids {
-                if *left == [0; BLOCK] {
+            for seen in grids {
+                let mut masks = found.left[face];
+                if masks == [0; BLOCK] {
                     break;
                 }
-                view.places(simd, block, left, places);
-                let within = within_grid(simd, places, left);
-                let seen = InGrid {
-                    grid,
-                    block,
-                    places,
-                    pixel,
-                };
-                let shadowed = self.shadowed(simd, &seen, &within, &mut known.shapes);
-                for i in 0..BLOCK {
-                    lit[i] |= within[i] & !shadowed[i];
-                    left[i] &= !within[i];
+                let mut next = seen;
+                loop {
+                    next.view.places(simd, block, &masks, places);
+                    // A finer grid has room around the cells that it stands for.
+                    if next.grid.depth == 0 {
+                        masks = within_grid(simd, places, &masks);
+                        for (left, within) in found.left[face].iter_mut().zip(masks) {
+                            *left &= !within;
+                        }
+                    }
+                    let in_grid = InGrid {
+                        grid: &next.grid,
+                        block,
+                        places,
+                        pixel,
+                    };
+                    let lit = self.lit_in_grid(simd, (&in_grid, next), &masks, known, &mut crowded);
+                    for (all, lit) in found.lit.iter_mut().zip(lit) {
+                        *all |= lit;
+                    }
+                    match crowded.finer.pop() {
+                        Some(finer) => (next, masks) = finer,
+                        None => break,
+                    }
                 }
             }
         }
-        (lit, masks)
+        found.waits = crowded.waits;
+        found
     }
 
-    /// Which of the receivers are in shadow.
+    /// Which of the receivers are lit, but for those in crowds, which are put aside.
     #[inline(always)]
-    fn shadowed<S: Simd>(
+    fn lit_in_grid<'a, S: Simd>(
         &self,
         simd: S,
-        seen: &InGrid<S>,
+        (seen, grids): (&InGrid<S>, &'a SeenGrid),
         masks: &[u32; BLOCK],
-        known: &mut KnownShapes,
+        known: &mut Known,
+        crowded: &mut Crowded<'a>,
     ) -> [u32; BLOCK] {
         let InGrid { grid, places, .. } = *seen;
         let mut unseen = *masks;
-        let mut shadowed = [0; BLOCK];
+        let mut lit = [0; BLOCK];
         let mut cells = [splat(simd, 0.0); BLOCK];
         for (i, cells) in cells.iter_mut().enumerate() {
             *cells = cells_of_places(simd, places.u[i], places.v[i]);
@@ -185,17 +194,21 @@ impl Tests<'_> {
                 unseen[i] &= !within[i];
             }
             let number = cell as usize;
+            if let Some(crowd) = grid.crowds.of_cell(number) {
+                crowded.add(grids, crowd, &within);
+                continue;
+            }
             let (column, row_of_cells) = (number % GRID_CELLS, number / GRID_CELLS);
             let held = grid.cell(column, row_of_cells);
             let middle = [column, row_of_cells].map(|i| (i * CELL + CELL / 2) as f32);
             let one = [places.u[row][lane], places.v[row][lane]];
             let mut in_cell = InCell::new(simd, places, within, (one, middle));
-            self.test_cell(simd, seen, held, &mut in_cell, known);
+            self.test_cell(simd, seen, held, &mut in_cell, &mut known.shapes);
             for i in row..BLOCK {
-                shadowed[i] |= within[i] & !in_cell.left[i];
+                lit[i] |= within[i] & in_cell.left[i];
             }
         }
-        shadowed
+        lit
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Exact shadows: a grid of triangles over the receivers, as the light sees them, and every receiver against those in
-//! its cell.
+//! its cell, or in that of a finer grid where many triangles lie in few cells (`crowds`).
 
-use super::caster_tests::{Known, Tests, masks_of_views};
+use super::caster_tests::{Known, Tests};
 use super::frame::{CASTER_TESTS_LABEL, LIGHT_GRID_LABEL, RECEIVERS_LABEL};
 use super::lanes::{Simd, dispatch, level};
 use super::light_grid::GRID;
@@ -9,7 +9,7 @@ use super::light_grids::Grids;
 use super::rasterize::Image;
 use super::receivers::{
     BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, add_extents,
-    extents_of_jobs,
+    extents_of_jobs, masks_of_views,
 };
 use super::tiles::{BLOCK, cut};
 use super::view::{Nearness, View, cube_views};
@@ -71,7 +71,7 @@ pub fn exact(
         (CASTER_TESTS_LABEL, 0.0),
     ];
     let mut has_new_grids = false;
-    // Again with more grids where some receivers are beside what the samples showed.
+    // Again with more grids where some receivers are beside what the samples showed, or in a crowd.
     while !open.is_empty() {
         let start = Instant::now();
         has_new_grids |= grids.add(scene, &views, &extents);
@@ -86,9 +86,8 @@ pub fn exact(
             trusts_hits: true,
         };
         let answer = |known: &mut Known, (tile, mut rows): (usize, Vec<_>)| {
-            let beside = dispatch!(level(), simd => tests.answer_tile(simd, &receivers, tile, &mut rows, known));
-            let is_open = beside.iter().any(|extent| !extent.is_empty());
-            is_open.then_some((tile, rows, beside))
+            let left = dispatch!(level(), simd => tests.answer_tile(simd, &receivers, tile, &mut rows, known));
+            left.map(|beside| (tile, rows, beside))
         };
         let answers = open.into_par_iter().map_init(Known::default, answer);
         let beside: Vec<_> = answers.flatten().collect();

@@ -3,17 +3,19 @@
 //! The dual of an irregular z-buffer (Johnson et al., "The irregular Z-buffer", ACM TOG 24(4), 2005): there
 //! receivers are listed in the light's texels, here triangles are, and receivers stay in the image's order.
 
-use super::bins::{Bin, Cover, bins, eights, ids_at, triangles_of};
+use super::bins::{Bin, Cover, bins_among, eights, ids_at, triangles_of};
+use super::crowds::{Crowds, MANY_SMALL, MOST_DEPTH};
 use super::lanes::{
     LANES, Simd, bits, dispatch, f32x8, greatest, greatest_of, indices, least, least_of, level,
     mask_bits, mask32x8, splat,
 };
+use super::receivers::Extent;
 use super::shapes::{Corners, Shapes};
 use super::tiles::{TILE, Tiling};
 use super::view::{Place, View};
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
-use glam::DVec2;
+use glam::{DVec2, DVec4};
 use rayon::prelude::*;
 
 /// Units along each side of the grid, and of a cell.
@@ -24,10 +26,19 @@ pub const CELL: usize = 8;
 pub const GRID_CELLS: usize = GRID / CELL;
 const TILE_CELLS: usize = TILE / CELL;
 
+/// How far from the border of the grid the samples lie, in units.
+const ROOM: f64 = 64.0;
+
+/// Tiles of a grid. A large triangle may be in each.
+const TILES: usize = (GRID / TILE) * (GRID / TILE);
+
 /// Entries of a tile, and entries for each of its triangles, from which on the tile is one cell: large triangles over
 /// each other would fill the memory.
 const MANY_ENTRIES: usize = 1 << 15;
 const MANY_OF_TRIANGLE: usize = 4;
+
+/// The same of a finer grid, of which there may be many.
+const MANY_ENTRIES_OF_FINER: usize = 1 << 12;
 
 /// The boxes of eight triangles, or of what eight groups hold.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +83,18 @@ impl Group {
         ] = bounds.sides;
         self.nearest[lane] = bounds.nearest;
         self.ids[lane] = id;
+    }
+
+    /// Triangles that are no larger than a cell.
+    fn small(&self) -> usize {
+        let is_small = |&lane: &usize| {
+            let (u, v) = (
+                self.high_u[lane] - self.low_u[lane],
+                self.high_v[lane] - self.low_v[lane],
+            );
+            (0.0..=CELL as f32).contains(&u) && (0.0..=CELL as f32).contains(&v)
+        };
+        (0..LANES).filter(is_small).count()
     }
 
     /// Around all eight.
@@ -135,6 +158,8 @@ struct TileCells {
     heads_of: [u32; TILE_CELLS * TILE_CELLS + 1],
     groups: Vec<Group>,
     heads: Vec<Group>,
+    /// A bit for each cell that has many small triangles, and so few others that a finer grid would not list these more often.
+    crowded: u64,
 }
 
 /// What is in a cell: groups of triangles, and heads over eight groups each, which number the groups from the
@@ -145,9 +170,26 @@ pub struct Cell<'a> {
     pub groups: &'a [Group],
 }
 
+impl<'a> Cell<'a> {
+    /// The triangles.
+    pub fn ids(&self) -> impl Iterator<Item = u32> + use<'a> {
+        // The lanes that hold none have no box.
+        let held = |group: &'a Group| {
+            (0..LANES)
+                .filter(|&lane| group.low_u[lane] <= group.high_u[lane])
+                .map(|lane| group.ids[lane])
+        };
+        self.groups.iter().flat_map(held)
+    }
+}
+
 pub struct LightGrid {
     pub view: View,
+    /// Of the vertices of its triangles.
     pub places: Vec<Place>,
+    /// How many grids it is in.
+    pub depth: usize,
+    pub crowds: Crowds<Self>,
     tiling: Tiling,
     tiles: Vec<TileCells>,
 }
@@ -155,23 +197,47 @@ pub struct LightGrid {
 impl LightGrid {
     /// Of a view of `GRID` x `GRID` units.
     pub fn new(view: View, scene: &Scene) -> Self {
-        let tiling = Tiling::new(view.width, view.height);
         let places = view.places(scene);
-        let bins = bins(&view, (tiling, &tiling), scene, &places, Cover::Whole);
+        Self::among(view, (scene, None), places, 0)
+    }
+
+    /// The same of some triangles, or of all, in so many other grids.
+    pub fn among(
+        view: View,
+        (scene, triangles): (&Scene, Option<&[u32]>),
+        places: Vec<Place>,
+        depth: usize,
+    ) -> Self {
+        let tiling = Tiling::new(view.width, view.height);
+        let among = (scene, triangles);
+        let bins = bins_among(&view, (tiling, &tiling), among, &places, Cover::Whole);
         let listing = Listing {
             view: &view,
             scene,
             places: &places,
+            most_entries: match depth {
+                0 => MANY_ENTRIES,
+                _ => MANY_ENTRIES_OF_FINER,
+            },
         };
         let tiles = (0..tiling.tiles()).into_par_iter().map(|tile| {
             let corner = tiling.corner(tile);
             let bins = bins.iter().map(|of_thread| &of_thread[tile]);
             dispatch!(level(), simd => listing.cells(simd, bins, corner))
         });
-        let tiles = tiles.collect();
+        let tiles: Vec<TileCells> = tiles.collect();
+        let crowds = match depth < MOST_DEPTH && tiles.iter().any(|tile| tile.crowded != 0) {
+            true => Crowds::new(GRID_CELLS, |column, row| {
+                let (tile, cell) = tile_and_cell(tiling, column, row);
+                tiles[tile].crowded >> cell & 1 != 0
+            }),
+            false => Crowds::none(),
+        };
         Self {
             view,
             places,
+            depth,
+            crowds,
             tiling,
             tiles,
         }
@@ -179,8 +245,7 @@ impl LightGrid {
 
     /// The cell in that column and row.
     pub fn cell(&self, column: usize, row: usize) -> Cell<'_> {
-        let tile = row / TILE_CELLS * self.tiling.columns + column / TILE_CELLS;
-        let cell = row % TILE_CELLS * TILE_CELLS + column % TILE_CELLS;
+        let (tile, cell) = tile_and_cell(self.tiling, column, row);
         let tile = &self.tiles[tile];
         let cell = if tile.is_one { 0 } else { cell };
         let range = |of: &[u32], i: usize| of[i] as usize..of[i + 1] as usize;
@@ -191,10 +256,20 @@ impl LightGrid {
     }
 }
 
+#[inline(always)]
+fn tile_and_cell(tiling: Tiling, column: usize, row: usize) -> (usize, usize) {
+    (
+        row / TILE_CELLS * tiling.columns + column / TILE_CELLS,
+        row % TILE_CELLS * TILE_CELLS + column % TILE_CELLS,
+    )
+}
+
 struct Listing<'a> {
     view: &'a View,
     scene: &'a Scene,
     places: &'a [Place],
+    /// Of a tile, before it is one cell.
+    most_entries: usize,
 }
 
 /// Triangles and their bounds, and which cells each is in.
@@ -207,9 +282,9 @@ struct Listed {
 }
 
 impl Listed {
-    fn has_too_many(&self) -> bool {
+    fn has_too_many(&self, most: usize) -> bool {
         let entries = self.entries.len();
-        entries > MANY_ENTRIES && entries > MANY_OF_TRIANGLE * self.triangles.len()
+        entries > most && entries > MANY_OF_TRIANGLE * self.triangles.len()
     }
 
     /// Every triangle in the first cell.
@@ -219,6 +294,37 @@ impl Listed {
         self.entries
             .extend((0..self.triangles.len() as u32).map(|place| (0, place)));
     }
+
+    /// Puts the triangles of the first cell, which stands for all, in an order that keeps neighbours together, so that
+    /// groups are small (Morton 1966).
+    fn sort(&mut self, corner: (usize, usize)) {
+        let triangles = &self.triangles;
+        let key = |&(_, place): &(u8, u32)| {
+            let [low_u, high_u, low_v, high_v] = triangles[place as usize].1.sides;
+            let middle = |low: f32, high: f32, from: usize| {
+                // One that is set up in float64 may be anywhere: it is NaN, and first.
+                (((low + high) * 0.5 - from as f32).clamp(0.0, TILE as f32) * STEPS_OF_UNIT) as u32
+            };
+            spread(middle(low_u, high_u, corner.0)) | spread(middle(low_v, high_v, corner.1)) << 1
+        };
+        self.entries.sort_by_cached_key(key);
+    }
+}
+
+/// Of a place in a tile, where triangles are put in order.
+const STEPS_OF_UNIT: f32 = 256.0;
+
+/// The bits of a number below 2^16, each followed by a zero.
+fn spread(number: u32) -> u32 {
+    let steps = [
+        (8, 0x00ff_00ff),
+        (4, 0x0f0f_0f0f),
+        (2, 0x3333_3333),
+        (1, 0x5555_5555),
+    ];
+    steps
+        .iter()
+        .fold(number, |bits, (shift, mask)| (bits | bits << shift) & mask)
 }
 
 impl Listing<'_> {
@@ -232,17 +338,23 @@ impl Listing<'_> {
         let mut listed = Listed::default();
         for bin in bins {
             for (places, count) in eights(0..bin.near.len()) {
-                self.list_near(simd, ids_at(&bin.near, places), count, corner, &mut listed);
+                let ids = ids_at(&bin.near, places);
+                self.list_near::<_, false>(simd, ids, count, corner, &mut listed);
             }
-            for &id in &bin.wide {
-                self.list_wide(simd, id, corner, &mut listed);
+            for (places, count) in eights(0..bin.wide.len()) {
+                let ids = ids_at(&bin.wide, places);
+                self.list_near::<_, true>(simd, ids, count, corner, &mut listed);
             }
+        }
+        if listed.is_one {
+            listed.sort(corner);
         }
         TileCells::new(&listed)
     }
 
+    /// Those whose corners float32 knows well, or those of the others of which it knows the box, in one cell or two.
     #[inline(always)]
-    fn list_near<S: Simd>(
+    fn list_near<S: Simd, const IS_WIDE: bool>(
         &self,
         simd: S,
         ids: [u32; LANES],
@@ -275,7 +387,11 @@ impl Listing<'_> {
         let origin = [corner.0 as f32, corner.1 as f32];
         // A triangle in one cell or two touches them.
         let has_many = mask_bits(splat(simd, 1.0).simd_lt((u1 - u0) + (v1 - v0)));
-        let shapes = match has_many & ((1 << count) - 1) {
+        let unknown = match IS_WIDE {
+            true => has_many | corners.out_of_reach(simd, self.view),
+            false => 0,
+        };
+        let shapes = match has_many & !unknown & ((1 << count) - 1) {
             0 => Shapes::NONE,
             _ => Shapes::new(
                 simd,
@@ -287,6 +403,10 @@ impl Listing<'_> {
         let (u0, u1) = (indices(simd, u0), indices(simd, u1));
         let (v0, v1) = (indices(simd, v0), indices(simd, v1));
         for lane in 0..count {
+            if unknown >> lane & 1 != 0 {
+                self.list_wide(simd, ids[lane], corner, listed);
+                continue;
+            }
             let bounds = Bounds {
                 sides: [
                     sides[0][lane],
@@ -353,7 +473,7 @@ impl Listing<'_> {
                     .push(((row * TILE_CELLS + column) as u8, place));
             }
         }
-        if listed.has_too_many() {
+        if listed.has_too_many(self.most_entries) {
             listed.unite();
         }
     }
@@ -396,12 +516,22 @@ impl TileCells {
                 );
             }
         }
+        let mut crowded = 0;
+        for cell in (0..CELLS).filter(|&cell| counts[cell] as usize > MANY_SMALL) {
+            let range = groups_of[cell] as usize..groups_of[cell + 1] as usize;
+            let small: usize = groups[range].iter().map(Group::small).sum();
+            let large = counts[cell] as usize - small;
+            if small > MANY_SMALL && large * TILES <= small * MANY_OF_TRIANGLE {
+                crowded |= if listed.is_one { u64::MAX } else { 1 << cell };
+            }
+        }
         Self {
             is_one: listed.is_one,
             groups_of,
             heads_of,
             groups,
             heads,
+            crowded,
         }
     }
 }
@@ -421,4 +551,21 @@ pub fn cells_of_places<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>) -> f32x8<S> {
     let column = (u * (1.0 / CELL as f32)).floor().max(zero).min(last);
     let row = (v * (1.0 / CELL as f32)).floor().max(zero).min(last);
     row * GRID_CELLS as f32 + column
+}
+
+/// Moves and scales a view, so that an extent fills it but for some room on each side.
+pub fn fitted(view: &View, extent: &Extent) -> View {
+    let [x, y, w] = view.rows;
+    let fit = |row: DVec4, k: usize| {
+        let (low, high) = (f64::from(extent.low[k]), f64::from(extent.high[k]));
+        // No narrower than float32 can tell from its place.
+        let size = (high - low)
+            .max(1e-5 * low.abs().max(high.abs()))
+            .max(f64::MIN_POSITIVE);
+        (row - w * low) * ((GRID as f64 - 2.0 * ROOM) / size) + w * ROOM
+    };
+    View {
+        rows: [fit(x, 0), fit(y, 1), w],
+        ..view.clone()
+    }
 }

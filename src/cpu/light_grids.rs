@@ -1,23 +1,34 @@
 //! The grids of one light, which serve every camera whose receivers they hold.
 
-use super::light_grid::{GRID, LightGrid};
+use super::crowds::Crowd;
+use super::finer_grids::make_finer;
+use super::light_grid::{LightGrid, fitted};
 use super::receivers::{Extent, ViewFromEye};
+use super::tiles::BLOCK;
 use super::view::View;
 use crate::light::Light;
 use crate::scene::Scene;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// A grid, and where it sees points from the eye.
-pub type SeenGrid = (Arc<LightGrid>, ViewFromEye);
-
-pub fn seen_grid(grid: Arc<LightGrid>, eye: DVec3) -> SeenGrid {
-    let seen = ViewFromEye::new(&grid.view, eye);
-    (grid, seen)
+pub struct SeenGrid {
+    pub grid: Arc<LightGrid>,
+    pub view: ViewFromEye,
+    /// Of each crowd, once it is made.
+    pub finer: Vec<Option<Self>>,
 }
 
-/// How far from the border of the grid the samples lie, in units.
-const ROOM: f64 = 64.0;
+impl SeenGrid {
+    pub fn new(grid: Arc<LightGrid>, eye: DVec3) -> Self {
+        let of_crowd = |crowd: &Crowd<LightGrid>| Some(Self::new(crowd.grid()?.clone(), eye));
+        Self {
+            view: ViewFromEye::new(&grid.view, eye),
+            finer: grid.crowds.all.iter().map(of_crowd).collect(),
+            grid,
+        }
+    }
+}
 
 /// Grids of one view, above which they are made anew for another camera: each receiver is looked for in each.
 const MAX_KEPT: usize = 3;
@@ -72,7 +83,7 @@ impl Grids {
         }
     }
 
-    /// Adds a grid for each extent that is not empty, and says whether there is one.
+    /// Adds a grid for each extent that is not empty, and those of crowds that are wanted; says whether there are any.
     pub fn add(&mut self, scene: &Scene, views: &[View], extents: &[Extent]) -> bool {
         for (grids, (view, &extent)) in self.of_views.iter_mut().zip(views.iter().zip(extents)) {
             if !extent.is_empty() {
@@ -80,11 +91,15 @@ impl Grids {
                 grids.push(FittedGrid { grid, extent });
             }
         }
-        extents.iter().any(|extent| !extent.is_empty())
+        let mut has_new = extents.iter().any(|extent| !extent.is_empty());
+        for FittedGrid { grid, .. } in self.of_views.iter().flatten() {
+            has_new |= make_finer(grid, scene, false);
+        }
+        has_new
     }
 
     pub fn seen_from(&self, eye: DVec3) -> Vec<Vec<SeenGrid>> {
-        let seen = |fitted: &FittedGrid| seen_grid(fitted.grid.clone(), eye);
+        let seen = |fitted: &FittedGrid| SeenGrid::new(fitted.grid.clone(), eye);
         let of_views = self.of_views.iter();
         of_views
             .map(|grids| grids.iter().map(seen).collect())
@@ -105,19 +120,32 @@ impl Extent {
     }
 }
 
-/// Moves and scales a view, so that an extent fills it but for some room on each side.
-pub fn fitted(view: &View, extent: &Extent) -> View {
-    let [x, y, w] = view.rows;
-    let fit = |row: DVec4, k: usize| {
-        let (low, high) = (f64::from(extent.low[k]), f64::from(extent.high[k]));
-        // No narrower than float32 can tell from its place.
-        let size = (high - low)
-            .max(1e-5 * low.abs().max(high.abs()))
-            .max(f64::MIN_POSITIVE);
-        (row - w * low) * ((GRID as f64 - 2.0 * ROOM) / size) + w * ROOM
-    };
-    View {
-        rows: [fit(x, 0), fit(y, 1), w],
-        ..view.clone()
+/// Receivers that are in crowds.
+#[derive(Default)]
+pub struct Crowded<'a> {
+    /// Finer grids, and those that fall in them.
+    pub finer: Vec<(&'a SeenGrid, [u32; BLOCK])>,
+    /// Whether a grid that some fall in is to be made.
+    pub waits: bool,
+}
+
+impl<'a> Crowded<'a> {
+    /// Puts receivers of one crowd aside.
+    #[inline(never)]
+    pub fn add(&mut self, seen: &'a SeenGrid, crowd: usize, masks: &[u32; BLOCK]) {
+        let Some(finer) = &seen.finer[crowd] else {
+            seen.grid.crowds.all[crowd].want();
+            self.waits = true;
+            return;
+        };
+        let of_finer = |(grid, _): &&mut (&SeenGrid, _)| std::ptr::eq(*grid, finer);
+        match self.finer.iter_mut().find(of_finer) {
+            Some((_, all)) => {
+                for (all, more) in all.iter_mut().zip(masks) {
+                    *all |= more;
+                }
+            }
+            None => self.finer.push((finer, *masks)),
+        }
     }
 }

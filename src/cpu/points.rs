@@ -8,15 +8,16 @@
 //! side is known: the point is moved along it by as much as rounding may have moved it. Without one, no triangle
 //! shadows a point that lies in its plane within rounding.
 
-use super::caster_tests::{Known, Tests, masks_of_views};
+use super::caster_tests::{Known, Lit, Tests};
 use super::exact::views;
+use super::finer_grids::make_finer;
 use super::lanes::{LANES, Simd, dispatch, f64x8, level};
-use super::light_grid::LightGrid;
-use super::light_grids::{SeenGrid, fitted, seen_grid};
+use super::light_grid::{LightGrid, fitted};
+use super::light_grids::SeenGrid;
 use super::rasterize::NONE;
 use super::receivers::{
     BlockPlaces, BlockReceivers, Extent, ViewFromEye, add_extents, dot, extents_of_jobs, in_cone,
-    splat64,
+    masks_of_views, splat64,
 };
 use super::shadow_rays::{RAY_ROUNDING, is_lit};
 use super::tiles::BLOCK;
@@ -298,7 +299,7 @@ impl<'a> LitPoints<'a> {
                 continue;
             }
             let place = (first, 0);
-            let (mut lit, left) = tests.lit(simd, place, &block, &mut places, known);
+            let Lit { mut lit, left, .. } = tests.lit(simd, place, &block, &mut places, known);
             // Where no grid reaches, nothing stands.
             for (i, lit) in lit.iter_mut().enumerate() {
                 *lit |= left.iter().fold(0, |all, left| all | left[i]);
@@ -332,7 +333,9 @@ fn grids<'a>(points: &Points, light: &Light, seen: &Seen) -> By<'a> {
         let extent = bounds.map_or(*extent, |bounds| extent.common(bounds));
         let grid = (!extent.is_empty()).then(|| {
             let view = fitted(view, &extent.widened(room));
-            seen_grid(Arc::new(LightGrid::new(view, points.scene)), points.eye)
+            let grid = Arc::new(LightGrid::new(view, points.scene));
+            make_finer(&grid, points.scene, true);
+            SeenGrid::new(grid, points.eye)
         });
         Vec::from_iter(grid)
     };

@@ -383,6 +383,30 @@ pub fn faces_around<S: Simd>(simd: S, light_at: DVec3, point: &[f64x8<S>; 3]) ->
     faces
 }
 
+/// Which of the receivers of a block each view sees.
+#[inline(always)]
+pub fn masks_of_views<S: Simd>(
+    simd: S,
+    light_at: DVec3,
+    block: &BlockReceivers<S>,
+    count: usize,
+) -> [[u32; BLOCK]; 6] {
+    let mut masks = [[0; BLOCK]; 6];
+    if count == 1 {
+        masks[0] = block.facing;
+        return masks;
+    }
+    for (i, &facing) in block.facing.iter().enumerate() {
+        if facing != 0 {
+            let faces = faces_around(simd, light_at, &block.points[i]);
+            for (masks, face) in masks.iter_mut().zip(faces) {
+                masks[i] = face & facing;
+            }
+        }
+    }
+    masks
+}
+
 /// A view whose points are relative to an eye.
 pub struct ViewFromEye {
     rows: [DVec4; 3],

@@ -7,12 +7,13 @@
 //! where float32 is not sure.
 
 use super::candidates::{Candidates, PlacedBlock};
-use super::caster_tests::masks_of_views;
 use super::exact::{sampled_extents, views};
 use super::lanes::{Simd, bits, dispatch, level, mask_bits, splat};
-use super::light_grids::fitted;
+use super::light_grid::fitted;
 use super::rasterize::{Image, NONE};
-use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, splat64};
+use super::receivers::{
+    BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, masks_of_views, splat64,
+};
 use super::tiles::{BLOCK, cut};
 use super::view::{Place, View};
 use crate::bvh::{Bvh, Search, ThickRay};

@@ -3,7 +3,7 @@
 use super::exact::{Answer, exact};
 use super::rasterize::{Image, NONE, rasterize};
 use super::view::View;
-use crate::bvh::Everything;
+use crate::bvh::{Everything, Search};
 use crate::camera::{Camera, Rays};
 use crate::light::Light;
 use crate::reference::{Reference, reference};
@@ -12,6 +12,8 @@ use crate::twin::Random;
 use glam::{DMat4, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 
+#[cfg(test)]
+mod crowds;
 #[cfg(test)]
 mod importance;
 #[cfg(test)]
@@ -84,9 +86,20 @@ fn triangle_ids(image: &Image) -> Vec<i32> {
 
 /// Compares what the engine finds with the truth, but for ties, and gives how many pixels are in light and shadow.
 fn assert_right(scene: &Scene, camera: &Camera, light: &Light, case: &str) -> [usize; 2] {
+    assert_right_by(&Everything(scene), scene, camera, light, case)
+}
+
+/// The same with a truth that is searched for.
+fn assert_right_by(
+    search: &impl Search,
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    case: &str,
+) -> [usize; 2] {
     let image = rasterize(&View::of_camera(camera), scene);
     let visibility = exact(scene, &image, camera, light, None).visibility;
-    let truth: Reference = reference(scene, &Everything(scene), camera, light);
+    let truth: Reference = reference(scene, search, camera, light);
     let ids = triangle_ids(&image);
     let mut counts = [0; 2];
     for pixel in 0..camera.pixel_count() {

@@ -7,7 +7,8 @@
 //! many receivers share a texel the lists grow long; a warp spreads them evenly.
 //!
 //! The CPU engine turns this round: there the triangles are listed in the cells of the light's grid, and each
-//! receiver is tested against those in its cell. Neither parameter plays a part in that.
+//! receiver is tested against those in its cell, which has a finer grid where many small triangles are in it.
+//! Neither parameter plays a part in that.
 //!
 //! Gregory Johnson, Juhyun Lee, Christopher Burns, William Mark. The irregular Z-buffer: hardware
 //! acceleration for irregular data structures. ACM TOG 24(4), 2005. Timo Aila, Samuli Laine. Alias-free

@@ -84,8 +84,8 @@ class Exact(ShadowMethod):
     they only distribute the work. No pixel is known to differ from `reference` but its ties.
 
     The CPU engine lists the triangles in the cells of the light's grid instead, and tests each
-    receiver against those in its cell. `resolution` and `warp` shape the grid of the GPU engine
-    only.
+    receiver against those in its cell; crowded cells have a finer grid of their own. `resolution`
+    and `warp` shape the grid of the GPU engine only.
 
     Limits: time grows with the casters near lit receivers, whether they shadow them or not. If
     millions of receivers fall in one tile of texels, more work may be needed than the device can

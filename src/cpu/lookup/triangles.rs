@@ -2,10 +2,10 @@
 
 use super::{BlockLookup, OFF_MAP};
 use crate::cpu::candidates::{Candidates, PlacedBlock};
-use crate::cpu::caster_tests::masks_of_views;
 use crate::cpu::lanes::{Simd, bits, mask_bits, mask32x8, u32x8};
 use crate::cpu::map::MapView;
 use crate::cpu::rasterize::NONE;
+use crate::cpu::receivers::masks_of_views;
 use crate::cpu::tiles::BLOCK;
 use fearless_simd::prelude::*;
 
