@@ -102,6 +102,13 @@ struct DeviceScene {
     visibility: Option<(Camera, PooledBuffer)>,
 }
 
+impl Drop for DeviceScene {
+    fn drop(&mut self) {
+        // They may hold on to its tables.
+        self.gpu.forget_bind_groups();
+    }
+}
+
 impl DeviceScene {
     /// The scene's own device copy, made or brought up to date.
     fn prepare<'a>(

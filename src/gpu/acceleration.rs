@@ -4,6 +4,7 @@
 //! triangles in them. No triangle is missed, because the boxes are grown by all roundings, in the space of
 //! `src/bvh.rs`, where they are one constant for an eye within reach.
 
+use super::bind_groups::Bound;
 use super::device::Gpu;
 use super::kernel::Resource;
 use super::recording::Recording;
@@ -170,7 +171,7 @@ impl AccelerationStructure {
     }
 
     pub fn boxes(&self) -> Resource {
-        Resource::Boxes(self.memory.structure.clone())
+        Resource::Bound(Bound::Boxes(self.memory.structure.clone()))
     }
 
     /// (vertex, vertex, vertex, triangle) of each box.

@@ -4,15 +4,14 @@ use super::adapters::{
     ATOMICS_OF_64_BITS, AdapterDescription, adapter, describe, lacks, missing, names, unusable,
     used_features,
 };
+use super::bind_groups::BindGroups;
 use super::pool::Pool;
 use super::shaders::Shader;
 use crate::error::{Error, Result};
 use crate::lock::lock;
-use bytemuck::Pod;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
-use wgpu::util::DeviceExt;
 use wgpu::{DeviceType, Features};
 
 /// The device in use with everything made for it once.
@@ -27,10 +26,12 @@ pub struct Gpu {
     /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
     /// them off to where it draws.
     times_by_clock: AtomicBool,
-    pipelines: Mutex<HashMap<PipelineKey, wgpu::ComputePipeline>>,
-    render_pipelines: Mutex<HashMap<PipelineKey, wgpu::RenderPipeline>>,
+    pipelines: Mutex<HashMap<PipelineKey, (wgpu::ComputePipeline, wgpu::BindGroupLayout)>>,
+    render_pipelines: Mutex<HashMap<PipelineKey, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>>,
     /// Of frames before, which are done with them.
     query_sets: Mutex<Vec<wgpu::QuerySet>>,
+    /// Of the frame that ended last.
+    bind_groups: Mutex<BindGroups>,
     pub pool: Arc<Pool>,
     /// First error that no call returned; the frame that finds it fails with it.
     error: Arc<Mutex<Option<String>>>,
@@ -46,6 +47,8 @@ pub struct Variant {
     pub rewrite: fn(String) -> String,
     /// Whether scratch memory holds nothing of use before it is written.
     pub spoils_scratch: bool,
+    /// Whether it has a GPU's invocations, which do less one after the other.
+    pub is_gpu: bool,
 }
 
 #[cfg(test)]
@@ -54,6 +57,7 @@ impl Default for Variant {
         Self {
             rewrite: |source| source,
             spoils_scratch: false,
+            is_gpu: false,
         }
     }
 }
@@ -156,6 +160,7 @@ impl Gpu {
             pipelines: Mutex::default(),
             render_pipelines: Mutex::default(),
             query_sets: Mutex::default(),
+            bind_groups: Mutex::default(),
             pool,
             error,
             lost,
@@ -168,7 +173,18 @@ impl Gpu {
     #[cfg(test)]
     pub fn variant(variant: Variant) -> Arc<Self> {
         let gpu = Self::new(&adapter("").unwrap()).unwrap();
-        Arc::new(Self { variant, ..gpu })
+        let is_cpu = gpu.is_cpu && !variant.is_gpu;
+        Arc::new(Self {
+            is_cpu,
+            variant,
+            ..gpu
+        })
+    }
+
+    /// How many bind groups are kept for the next frame.
+    #[cfg(test)]
+    pub fn kept_bind_groups(&self) -> usize {
+        lock(&self.bind_groups).kept()
     }
 
     /// Fills scratch memory with bits that are no number of use, if the variant does.
@@ -295,6 +311,29 @@ impl Gpu {
         lock(&self.pipelines).clear();
         lock(&self.render_pipelines).clear();
         lock(&self.query_sets).clear();
+        self.forget_bind_groups();
+    }
+
+    /// Frees the memory that no frame is using.
+    pub fn clear(&self) {
+        self.forget_bind_groups();
+        self.pool.clear();
+    }
+
+    /// They hold on to what they bind.
+    pub fn forget_bind_groups(&self) {
+        self.give_bind_groups_back(BindGroups::default());
+    }
+
+    /// Those of the frame before, for one frame alone.
+    pub(super) fn take_bind_groups(&self) -> BindGroups {
+        std::mem::take(&mut *lock(&self.bind_groups))
+    }
+
+    pub(super) fn give_bind_groups_back(&self, groups: BindGroups) {
+        let before = std::mem::replace(&mut *lock(&self.bind_groups), groups);
+        // Not while the lock is held.
+        drop(before);
     }
 
     /// A set of so many queries for timestamps, where there are any; the number is the same at every call.
@@ -315,25 +354,18 @@ impl Gpu {
         lock(&self.query_sets).push(set);
     }
 
-    /// A uniform buffer with the value. Not pooled: it is written before the submission, so that no
-    /// other pass of the same submission may take it.
-    pub fn uniform<T: Pod>(&self, what: &str, value: &T) -> wgpu::Buffer {
-        self.device
-            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(what),
-                contents: bytemuck::bytes_of(value),
-                usage: wgpu::BufferUsages::UNIFORM,
-            })
-    }
-
-    /// The compiled entry point of a shader, made at first use.
+    /// The compiled entry point of a shader, made at first use, and how it binds what it needs.
     pub(super) fn pipeline(
         &self,
         shader: Shader,
         entry_points: [&'static str; 2],
         constants: &[(&'static str, f64)],
-    ) -> wgpu::ComputePipeline {
-        let compile = || self.compile(shader, entry_points[0], constants);
+    ) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
+        let compile = || {
+            let pipeline = self.compile(shader, entry_points[0], constants);
+            let layout = pipeline.get_bind_group_layout(0);
+            (pipeline, layout)
+        };
         lock(&self.pipelines)
             .entry(pipeline_key(shader, entry_points, constants))
             .or_insert_with(compile)
@@ -347,8 +379,12 @@ impl Gpu {
         shader: Shader,
         entry_points: [&'static str; 2],
         constants: &[(&'static str, f64)],
-    ) -> wgpu::RenderPipeline {
-        let compile = || self.compile_stages(shader, entry_points, constants);
+    ) -> (wgpu::RenderPipeline, wgpu::BindGroupLayout) {
+        let compile = || {
+            let pipeline = self.compile_stages(shader, entry_points, constants);
+            let layout = pipeline.get_bind_group_layout(0);
+            (pipeline, layout)
+        };
         lock(&self.render_pipelines)
             .entry(pipeline_key(shader, entry_points, constants))
             .or_insert_with(compile)

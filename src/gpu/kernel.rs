@@ -1,46 +1,52 @@
 //! Kernels: entry points of shaders with what they need to run.
 
+use super::bind_groups::Bound;
 use super::device::Gpu;
 use super::pool::PooledBuffer;
 use super::projection_uniform::ProjectionUniform;
 use super::shaders::{Shader, file_of};
+use super::uniforms::Uniforms;
 use crate::projection::Projection;
 use bytemuck::Pod;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// What a binding holds: a handle, which is cheap to clone.
 #[derive(Clone)]
 pub enum Resource {
-    Buffer(wgpu::Buffer),
-    Table(wgpu::TextureView),
-    Boxes(wgpu::Tlas),
+    Bound(Bound),
+    /// The bytes of a uniform, which has no place yet.
+    Uniform(Arc<[u8]>),
+}
+
+impl Resource {
+    /// A uniform with the value.
+    pub fn uniform<T: Pod>(value: &T) -> Self {
+        Self::Uniform(bytemuck::bytes_of(value).into())
+    }
+}
+
+impl From<&Resource> for Resource {
+    fn from(resource: &Resource) -> Self {
+        resource.clone()
+    }
 }
 
 impl From<&wgpu::Buffer> for Resource {
     fn from(buffer: &wgpu::Buffer) -> Self {
-        Self::Buffer(buffer.clone())
+        Self::Bound(Bound::Buffer(buffer.clone()))
     }
 }
 
 impl From<&PooledBuffer> for Resource {
     fn from(buffer: &PooledBuffer) -> Self {
-        Self::Buffer((**buffer).clone())
+        Self::Bound(Bound::Buffer((**buffer).clone()))
     }
 }
 
 impl From<&wgpu::TextureView> for Resource {
     fn from(table: &wgpu::TextureView) -> Self {
-        Self::Table(table.clone())
-    }
-}
-
-impl Resource {
-    fn binding(&self) -> wgpu::BindingResource<'_> {
-        match self {
-            Self::Buffer(buffer) => buffer.as_entire_binding(),
-            Self::Table(view) => wgpu::BindingResource::TextureView(view),
-            Self::Boxes(structure) => structure.as_binding(),
-        }
+        Self::Bound(Bound::Table(table.clone()))
     }
 }
 
@@ -99,14 +105,13 @@ impl Kernel {
     }
 
     /// Binds a new uniform with the value.
-    pub fn uniform<T: Pod>(self, gpu: &Gpu, index: u32, value: &T) -> Self {
-        let uniform = gpu.uniform(self.shader.file, value);
-        self.bind(index, &uniform)
+    pub fn uniform<T: Pod>(self, index: u32, value: &T) -> Self {
+        self.bind(index, Resource::uniform(value))
     }
 
     /// Fills the slot and binds its uniform; `origin` is that of the scene's tables.
-    pub fn projection(self, gpu: &Gpu, index: u32, projection: &Projection, origin: DVec3) -> Self {
-        self.uniform(gpu, index, &ProjectionUniform::new(projection, origin))
+    pub fn projection(self, index: u32, projection: &Projection, origin: DVec3) -> Self {
+        self.uniform(index, &ProjectionUniform::new(projection, origin))
             .projected(projection)
     }
 
@@ -131,17 +136,14 @@ impl Kernel {
         Draw { kernel, vertices }
     }
 
-    pub(super) fn bind_group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
-        let entries = self.bindings.iter();
-        let entries = entries.map(|(binding, resource)| wgpu::BindGroupEntry {
-            binding: *binding,
-            resource: resource.binding(),
+    /// What it binds where, with a place for each uniform.
+    pub(super) fn bound(&self, gpu: &Gpu, uniforms: &mut Uniforms) -> Vec<(u32, Bound)> {
+        let bindings = self.bindings.iter();
+        let bound = bindings.map(|(binding, resource)| match resource {
+            Resource::Bound(bound) => (*binding, bound.clone()),
+            Resource::Uniform(bytes) => (*binding, uniforms.place(gpu, bytes)),
         });
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(self.shader.file),
-            layout,
-            entries: &entries.collect::<Vec<_>>(),
-        })
+        bound.collect()
     }
 }
 

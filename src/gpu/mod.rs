@@ -2,6 +2,7 @@
 
 pub mod acceleration;
 pub mod adapters;
+mod bind_groups;
 pub mod device;
 mod gathering;
 pub mod kernel;
@@ -16,6 +17,7 @@ pub mod shaders;
 mod tables;
 #[cfg(test)]
 mod translations;
+mod uniforms;
 pub mod unsure;
 pub mod view;
 

@@ -2,6 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::lock::lock;
+#[cfg(test)]
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use wgpu::BufferUsages;
 
@@ -13,6 +15,9 @@ pub struct Pool {
     pub largest_storage: u64,
     largest_buffer: u64,
     state: Mutex<State>,
+    /// Buffers that were not there yet, and bind groups.
+    #[cfg(test)]
+    made: AtomicUsize,
 }
 
 /// Buffers that no frame is using.
@@ -76,6 +81,8 @@ impl Pool {
                 .min(limits.max_buffer_size),
             largest_buffer: limits.max_buffer_size,
             state: Mutex::default(),
+            #[cfg(test)]
+            made: AtomicUsize::new(0),
         }
     }
 
@@ -88,18 +95,23 @@ impl Pool {
     ) -> Result<PooledBuffer> {
         self.check_size(what, size, usage)?;
         let mut state = lock(&self.state);
-        let found = state
-            .free
-            .iter()
-            .rposition(|buffer| buffer.size() == size && buffer.usage() == usage);
-        let buffer = match found {
+        let free = state.free.iter().enumerate();
+        let fitting = free.filter(|(_, free)| free.size() == size && free.usage() == usage);
+        // The first of all that are there, so that the next frame of the kind takes each buffer at the same
+        // place, and its bind groups are the same.
+        let first = fitting.min_by(|(_, a), (_, b)| a.cmp(b));
+        let buffer = match first.map(|(index, _)| index) {
             Some(index) => state.free.remove(index),
-            None => self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(what),
-                size,
-                usage,
-                mapped_at_creation: false,
-            }),
+            None => {
+                #[cfg(test)]
+                self.count_made();
+                self.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(what),
+                    size,
+                    usage,
+                    mapped_at_creation: false,
+                })
+            }
         };
         Ok(PooledBuffer {
             pool: self.clone(),
@@ -127,6 +139,17 @@ impl Pool {
         let mut state = lock(&self.state);
         state.free.clear();
         state.epoch += 1;
+    }
+
+    #[cfg(test)]
+    pub fn count_made(&self) {
+        self.made.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// How many buffers and bind groups were made so far.
+    #[cfg(test)]
+    pub fn made(&self) -> usize {
+        self.made.load(Ordering::Relaxed)
     }
 
     /// Bytes in buffers that no frame is using.

@@ -1,9 +1,11 @@
 //! The recording of a frame: passes in order, each with a label that is also its timer's key.
 
+use super::bind_groups::BindGroups;
 use super::device::{Gpu, UNUSED_IMAGE};
 use super::gathering::Member;
-use super::kernel::{Dispatch, Draw, Groups, Vertices, rows_of_groups};
+use super::kernel::{Dispatch, Draw, Groups, Kernel, Vertices, rows_of_groups};
 use super::pool::PooledBuffer;
+use super::uniforms::Uniforms;
 use crate::error::{Error, Result};
 use crate::stats::{Facts, FactsOfPasses};
 use bytemuck::Pod;
@@ -27,6 +29,9 @@ pub struct Recording {
     pub culls: bool,
     member: Member,
     encoder: wgpu::CommandEncoder,
+    bind_groups: BindGroups,
+    /// Of the next submission.
+    uniforms: Uniforms,
     queries: Option<wgpu::QuerySet>,
     labels: Vec<&'static str>,
     timings: Timings,
@@ -83,6 +88,8 @@ impl Recording {
             culls,
             member,
             encoder: new_encoder(gpu),
+            bind_groups: gpu.take_bind_groups(),
+            uniforms: Uniforms::default(),
             queries,
             labels: Vec::new(),
             timings: Vec::new(),
@@ -108,7 +115,7 @@ impl Recording {
         Ok(buffer)
     }
 
-    /// A storage buffer that holds the values; not pooled, as uniforms are not.
+    /// A storage buffer that holds the values; not pooled.
     pub fn constants<T: Pod>(&self, what: &str, values: &[T]) -> Result<PooledBuffer> {
         let usage = BufferUsages::STORAGE;
         self.gpu
@@ -145,9 +152,9 @@ impl Recording {
     pub fn pass(&mut self, label: &'static str, dispatches: &[Dispatch]) {
         let gpu = self.gpu.clone();
         let prepare = |Dispatch { kernel, .. }: &Dispatch| {
-            let pipeline = gpu.pipeline(kernel.shader, kernel.entry_points, &kernel.constants);
-            let bind_group = kernel.bind_group(&gpu, &pipeline.get_bind_group_layout(0));
-            (pipeline, bind_group)
+            let (shader, constants) = (kernel.shader, &kernel.constants);
+            let (pipeline, layout) = gpu.pipeline(shader, kernel.entry_points, constants);
+            (pipeline, self.bind_group(kernel, &layout))
         };
         let prepared: Vec<_> = dispatches.iter().map(prepare).collect();
         let start = self.begin_by_clock();
@@ -189,9 +196,8 @@ impl Recording {
         let gpu = self.gpu.clone();
         let prepare = |Draw { kernel, .. }: &Draw| {
             let (shader, constants) = (kernel.shader, &kernel.constants);
-            let pipeline = gpu.render_pipeline(shader, kernel.entry_points, constants);
-            let bind_group = kernel.bind_group(&gpu, &pipeline.get_bind_group_layout(0));
-            (pipeline, bind_group)
+            let (pipeline, layout) = gpu.render_pipeline(shader, kernel.entry_points, constants);
+            (pipeline, self.bind_group(kernel, &layout))
         };
         let prepared: Vec<_> = draws.iter().map(prepare).collect();
         let start = self.begin_by_clock();
@@ -243,6 +249,20 @@ impl Recording {
         self.end_by_clock(label, start);
     }
 
+    fn bind_group(&mut self, kernel: &Kernel, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
+        let bound = kernel.bound(&self.gpu, &mut self.uniforms);
+        let gpu = &self.gpu;
+        self.bind_groups.get(layout, bound, |entries| {
+            #[cfg(test)]
+            gpu.pool.count_made();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(kernel.shader.file),
+                layout,
+                entries,
+            })
+        })
+    }
+
     /// The first of a pass's two timestamps, where it is timed by them.
     fn next_query(&mut self, label: &'static str) -> Option<u32> {
         if self.queries.is_none() || self.gpu.times_by_clock() {
@@ -283,6 +303,7 @@ impl Recording {
     }
 
     fn take_recorded(&mut self) -> wgpu::CommandBuffer {
+        self.uniforms.send(&self.gpu);
         let next = new_encoder(&self.gpu);
         std::mem::replace(&mut self.encoder, next).finish()
     }
@@ -358,6 +379,8 @@ impl Recording {
             self.gpu.forget();
             return Err(error);
         }
+        // It is done, and so is whatever was sent before it.
+        self.uniforms = Uniforms::default();
         let results = ReadResults(std::mem::take(&mut self.reads));
         if let Some(stamps) = stamps {
             let ticks = results.take(&stamps)?;
@@ -410,6 +433,7 @@ impl Recording {
         if let Some(queries) = self.queries {
             self.gpu.give_query_set_back(queries);
         }
+        self.gpu.give_bind_groups_back(self.bind_groups.next());
         self.timings
     }
 }
@@ -425,9 +449,11 @@ impl ReadResults {
         let size = (read.count * size_of::<T>()) as u64;
         let view = self.0[read.index].get_mapped_range(0..size);
         let view = view.map_err(|error| Error::Device(format!("read-back failed: {error}")))?;
-        let mut values = vec![T::zeroed(); read.count];
-        bytemuck::cast_slice_mut(&mut values).copy_from_slice(&view);
-        Ok(values)
+        Ok(match bytemuck::try_cast_slice(&view) {
+            Ok(values) => values.to_vec(),
+            // The driver put it where such numbers cannot be.
+            Err(_) => bytemuck::pod_collect_to_vec(&view),
+        })
     }
 }
 

@@ -286,7 +286,9 @@ fn device<'py>(py: Python<'py>, device: Option<&Bound<PyAny>>) -> PyResult<Bound
 #[pyfunction]
 fn clear_cache(py: Python) -> PyResult<()> {
     check_process()?;
-    py.detach(|| gpu::opened().iter().for_each(|gpu| gpu.pool.clear()));
+    py.detach(|| {
+        gpu::opened().iter().for_each(|gpu| gpu.clear());
+    });
     Ok(())
 }
 

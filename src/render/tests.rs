@@ -27,9 +27,13 @@ pub(super) fn floor_and_squares(floor: f64) -> Scene {
 }
 
 pub(super) fn looking_down() -> Camera {
+    looking_down_from(6.0)
+}
+
+fn looking_down_from(height: f64) -> Camera {
     let turned = DQuat::from_rotation_x(-FRAC_PI_2);
     Camera::new(
-        DMat4::from_rotation_translation(turned, DVec3::new(0.0, 6.0, 0.0)),
+        DMat4::from_rotation_translation(turned, DVec3::new(0.0, height, 0.0)),
         DVec2::splat(60.0),
         DVec2::splat(48.0),
         (96, 96),
@@ -118,6 +122,49 @@ fn casters_in_parts_cast_the_same_shadows() {
         facts.find(|fact| fact.name == "work_items").unwrap().value
     };
     assert!(2 * items(&parted) < items(&whole) + 2);
+}
+
+#[test]
+#[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
+fn a_frame_like_the_one_before_makes_no_buffer_and_no_bind_group() {
+    let scene = floor_and_squares(4.0);
+    let lamp = Light::point(DVec3::new(0.4, 3.0, 0.7)).unwrap();
+    let sun = sun();
+    let outputs = Outputs::from_names(&[], true).unwrap();
+    let bits = |frame: &Rendered| {
+        let values = frame.visibility.iter();
+        values.map(|value| value.to_bits()).collect::<Vec<_>>()
+    };
+    // So that each frame sees something else.
+    let cameras = [6.0, 6.1, 6.2, 6.1].map(looking_down_from);
+    for (name, light) in [
+        ("desired_view", &sun),
+        ("cascades", &sun),
+        ("rtw", &sun),
+        ("notw", &sun),
+        ("cube", &lamp),
+        ("exact", &lamp),
+        ("ray_traced", &lamp),
+        ("shadow_volumes", &lamp),
+    ] {
+        let schema = Method::schema(name).unwrap();
+        let method = Method::new(schema, &schema.defaults()).unwrap();
+        let gpu = Gpu::variant(Variant::default());
+        let engine = Engine::Gpu(gpu.clone());
+        let cache = SceneCache::default();
+        let frames = cameras.each_ref().map(|camera| {
+            let before = gpu.pool.made();
+            let frames = render(&engine, &scene, &cache, camera, &[light], &method, outputs);
+            (bits(&frames.unwrap()[0]), gpu.pool.made() - before)
+        });
+        assert!(frames[0].1 > 10 && frames[0].0 != frames[2].0, "{name}");
+        assert_eq!(frames[1].0, frames[3].0, "{name}");
+        assert_eq!([frames[2].1, frames[3].1], [0, 0], "{name}");
+        // They do not keep a scene's tables that is gone.
+        assert!(gpu.kept_bind_groups() > 5, "{name}");
+        drop(cache);
+        assert_eq!(gpu.kept_bind_groups(), 0, "{name}");
+    }
 }
 
 /// Products that a compiler may join to the sum that they are part of: by the left or by the right one of two.

@@ -1,5 +1,5 @@
-//! Frames on devices that do what drivers may do: workgroups in another order, scratch memory that holds anything, and
-//! quotients and roots that are rounded as WGSL allows.
+//! Frames on devices that do what drivers may do: workgroups in another order, scratch memory that holds anything, work
+//! that is shared out as on a GPU, and quotients and roots that are rounded as WGSL allows.
 
 use super::tests::{floor_and_squares, looking_down, shadows, sun, wrong_pixels};
 use super::*;
@@ -371,7 +371,7 @@ fn lights() -> [Light; 3] {
 
 #[test]
 #[ignore = "runs shaders: LIXEL_DEVICE=gpu"]
-fn neither_the_order_of_workgroups_nor_old_memory_changes_a_byte() {
+fn neither_the_order_of_workgroups_nor_their_work_nor_old_memory_changes_a_byte() {
     // Its receivers are at any depth, and so what they are worth differs within a cell.
     let (scene, camera) = (needles(1), looking_down());
     let [sun, lamp, _] = lights();
@@ -383,6 +383,10 @@ fn neither_the_order_of_workgroups_nor_old_memory_changes_a_byte() {
         },
         Variant {
             spoils_scratch: true,
+            ..Variant::default()
+        },
+        Variant {
+            is_gpu: true,
             ..Variant::default()
         },
     ];

@@ -46,7 +46,7 @@ pub fn blend_importance(
     };
     let values = frame.constants("old importance", old.values)?;
     let groups = Groups::Grid(map.cells.div_ceil(64), map.cells);
-    let kernel = Kernel::new("blend_importance").uniform(&frame.gpu, 0, &uniform);
+    let kernel = Kernel::new("blend_importance").uniform(0, &uniform);
     let blend = kernel.clone().bind(2, &map.values);
     let dispatches = match (map.count_unit, warp) {
         (None, _) => vec![blend.entry("maximum").bind(1, &values)],

@@ -22,17 +22,17 @@ pub fn boundary(
     let marks = frame.storage(LABEL, size)?;
     let weights = frame.storage("boundary weights", size)?;
     // Which receivers face the light does not depend on a projection.
-    let (gpu, receivers) = (&frame.gpu, seen.camera_uniform());
+    let receivers = seen.camera_uniform();
     let groups = Groups::Grid(columns.div_ceil(64), rows);
     let mark = Kernel::new("boundary")
         .entry("mark")
-        .receivers(gpu, seen, &receivers)
+        .receivers(seen, &receivers)
         .bind(0, visibility)
         .bind(1, &marks);
     let weigh = Kernel::new("boundary")
         .entry("weigh")
         .constant("boundary_weight", weight)
-        .receivers_uniform(gpu, seen, &receivers)
+        .receivers_uniform(seen, &receivers)
         .bind(1, &marks)
         .bind(2, &weights);
     frame.pass(

@@ -36,7 +36,7 @@ pub fn caster_tests(
     let mut counters = Vec::new();
     for triangles in work_items::parts(&scene.room) {
         let kernel = kernel.clone();
-        let kernel = kernel.uniform(&gpu, 0, &grid.of_triangles(&triangles));
+        let kernel = kernel.uniform(0, &grid.of_triangles(&triangles));
         let bin = kernel.clone().bind(5, &lists.tiles);
         let walk = kernel
             .bind(9, &lists.starts)
@@ -45,7 +45,7 @@ pub fn caster_tests(
             .bind(15, visibility)
             .bind(16, &tests)
             .bind(19, &unsure.list)
-            .receivers_uniform(&gpu, seen, &seen.camera_uniform())
+            .receivers_uniform(seen, &seen.camera_uniform())
             .bind(21, seen.visibility_buffer)
             .light_sides(scene, seen.light_sides)
             .masks(scene.masks.as_ref());

@@ -80,8 +80,8 @@ pub fn forward_importance(
     };
     let unused = frame.storage("unused weights", 4)?;
     let kernel = Kernel::new("forward_importance")
-        .projection(&frame.gpu, 0, projection, seen.scene.origin)
-        .uniform(&frame.gpu, 1, &uniform)
+        .projection(0, projection, seen.scene.origin)
+        .uniform(1, &uniform)
         .bind(2, &map)
         .stored(Target::DepthTriangle)
         .bind(5, texels)

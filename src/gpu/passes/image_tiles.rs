@@ -44,7 +44,7 @@ pub fn begin(frame: &mut Recording, seen: Receivers, unsure: &UnsureTests) -> Re
     frame.clear(&count);
     let kernel = Kernel::new("image_tiles")
         .entry("begin")
-        .receivers(&frame.gpu, seen, &seen.camera_uniform())
+        .receivers(seen, &seen.camera_uniform())
         .bind(0, &depth_ranges)
         .bind(4, &count)
         .bind(6, &visibility)
@@ -88,7 +88,7 @@ impl InitialImage {
         receivers.rounding = seen.slack() as f32;
         let kernel = Kernel::new("image_tiles")
             .entry("list")
-            .receivers_uniform(&frame.gpu, seen, &receivers)
+            .receivers_uniform(seen, &receivers)
             .bind(1, &self.depth_ranges)
             .bind(2, &tiles.listed)
             .bind(3, &tiles.groups)
@@ -128,7 +128,7 @@ mod tests {
             .write_buffer(&groups, 0, bytemuck::cast_slice(&marks));
         // An image without pixels.
         let kernel = Kernel::new("image_tiles").entry("list");
-        let kernel = kernel.uniform(&gpu, 20, &ReceiversUniform::zeroed());
+        let kernel = kernel.uniform(20, &ReceiversUniform::zeroed());
         let kernel = kernel.constant("is_orthographic", false).bind(1, &ranges);
         let kernel = kernel.bind(2, &listed).bind(3, &groups).bind(5, &counters);
         frame.pass(LABEL, &[kernel.dispatch(Groups::ONE)]);

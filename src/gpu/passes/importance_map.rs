@@ -73,14 +73,14 @@ pub fn importance_map(
     let pixels = factors.pixel_weights.map_or(&unused, |grid| &grid.values);
     let kernel = Kernel::new("importance_map")
         .constant("counts", count_unit.is_some())
-        .projection(&frame.gpu, 0, projection, seen.scene.origin)
-        .uniform(&frame.gpu, 1, &uniform)
+        .projection(0, projection, seen.scene.origin)
+        .uniform(1, &uniform)
         .bind(2, &map)
         .bind(3, pixels)
         .bind(7, boundary)
         .constant("uses_boundary", factors.boundary.is_some())
         .constant("uses_pixel_weights", factors.pixel_weights.is_some())
-        .receivers(&frame.gpu, seen, &seen.uniform(projection))
+        .receivers(seen, &seen.uniform(projection))
         .tiles(seen, rows)
         .factors(factors, &unused)
         .warp(warp);

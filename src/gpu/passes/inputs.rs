@@ -1,7 +1,6 @@
 //! What the passes read: the scene, and the receivers of a layer.
 
 use crate::camera::{Camera, Rays};
-use crate::gpu::device::Gpu;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::scene_tables::{LightSides, SceneTables};
@@ -185,8 +184,8 @@ impl<'a> Receivers<'a> {
 
 impl Kernel {
     /// What `shaders/lib/receivers.wgsl` reads.
-    pub fn receivers(self, gpu: &Gpu, seen: Receivers, uniform: &ReceiversUniform) -> Self {
-        self.receivers_uniform(gpu, seen, uniform)
+    pub fn receivers(self, seen: Receivers, uniform: &ReceiversUniform) -> Self {
+        self.receivers_uniform(seen, uniform)
             .bind(21, seen.visibility_buffer)
             .bind(10, &seen.scene.unit_normals)
             .light_sides(seen.scene, seen.light_sides)
@@ -195,9 +194,9 @@ impl Kernel {
     }
 
     /// Of these the uniform alone, and which rays its camera has.
-    pub fn receivers_uniform(self, gpu: &Gpu, seen: Receivers, uniform: &ReceiversUniform) -> Self {
+    pub fn receivers_uniform(self, seen: Receivers, uniform: &ReceiversUniform) -> Self {
         let is_orthographic = seen.camera.rays == Rays::Orthographic;
-        self.uniform(gpu, 20, uniform)
+        self.uniform(20, uniform)
             .constant("is_orthographic", is_orthographic)
     }
 

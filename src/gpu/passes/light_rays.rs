@@ -67,8 +67,8 @@ pub fn light_rays(
     let counters = frame.storage("counters", 8)?;
     frame.clear(&counters);
     let kernel = Kernel::new(search.file)
-        .uniform(&frame.gpu, 0, &uniform)
-        .receivers(&frame.gpu, seen, &seen.camera_uniform())
+        .uniform(0, &uniform)
+        .receivers(seen, &seen.camera_uniform())
         .vertices(scene)
         .masks(scene.masks.as_ref())
         .bind(4, search.structure)

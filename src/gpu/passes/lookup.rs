@@ -70,8 +70,8 @@ pub fn lookup_dispatch(
     uniform.filter_radius = filter.map_or(0.0, |filter| filter.radius as f32);
     let rows = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("lookup")
-        .projection(&frame.gpu, 0, projection, seen.scene.origin)
-        .receivers(&frame.gpu, seen, &uniform)
+        .projection(0, projection, seen.scene.origin)
+        .receivers(seen, &uniform)
         .tiles(seen, rows)
         .triangles(seen.scene)
         .masks(seen.scene.masks.as_ref())
@@ -93,7 +93,7 @@ pub fn lookup_dispatch(
             pages,
             level_of_pixel,
             unused,
-        }) => kernel.pages_looked_at(&frame.gpu, pages, level_of_pixel, unused),
+        }) => kernel.pages_looked_at(pages, level_of_pixel, unused),
     };
     kernel.dispatch(seen.groups(rows))
 }
@@ -108,8 +108,8 @@ pub fn lookup_moments(
 ) {
     let rows = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("lookup_moments")
-        .projection(&frame.gpu, 0, map.projection, seen.scene.origin)
-        .receivers(&frame.gpu, seen, &uniform_of(seen, map))
+        .projection(0, map.projection, seen.scene.origin)
+        .receivers(seen, &uniform_of(seen, map))
         .tiles(seen, rows)
         .warp(map.warp)
         .moments(moments.filter)

@@ -77,7 +77,7 @@ pub fn moments(
             .projected(projection)
     };
     let fill = kernel("fill")
-        .projection(&frame.gpu, 0, projection, scene.origin)
+        .projection(0, projection, scene.origin)
         .stored(Target::Depth)
         .bind(5, texels)
         .bind(3, &values);
@@ -90,7 +90,7 @@ pub fn moments(
         between = frame.storage("moments between", 4 * numbers(sizes[0]))?;
         for (is_along_y, before, after) in [(false, &values, &between), (true, &between, &values)] {
             let blur = kernel("blur")
-                .projection(&frame.gpu, 0, projection, scene.origin)
+                .projection(0, projection, scene.origin)
                 .warp(warp)
                 .constant("is_along_y", is_along_y)
                 .constant("reach", weights.len() as u32 - 1)
@@ -108,9 +108,7 @@ pub fn moments(
             first: first as u32,
             next: next as u32,
         };
-        let halve = kernel("halve")
-            .uniform(&frame.gpu, 1, &level)
-            .bind(3, &values);
+        let halve = kernel("halve").uniform(1, &level).bind(3, &values);
         dispatches.push(halve.dispatch(groups(pair[1])));
         first = next;
     }

@@ -47,10 +47,10 @@ pub fn outline(
     // Rows that an invocation reduces before its workgroup does.
     let rows_per_invocation = frame.gpu.work_per_invocation(8, 16);
     let step = width.max(height).div_ceil(MAX_SAMPLES);
-    let (gpu, rays) = (frame.gpu.clone(), seen.uniform(projection));
+    let rays = seen.uniform(projection);
     let kernel = Kernel::new("outline")
-        .projection(&gpu, 2, projection, seen.scene.origin)
-        .receivers(&gpu, seen, &rays);
+        .projection(2, projection, seen.scene.origin)
+        .receivers(seen, &rays);
     let (kernel, [columns, rows], count) = match points {
         OutlinePoints::Extremes => {
             let groups = [width.div_ceil(GROUP), height.div_ceil(rows_per_invocation)];
@@ -63,7 +63,7 @@ pub fn outline(
         }
         OutlinePoints::Samples => {
             let [columns, rows] = [width, height].map(|side| side.div_ceil(step));
-            let kernel = kernel.uniform(&gpu, 0, &OutlineUniform { columns, step });
+            let kernel = kernel.uniform(0, &OutlineUniform { columns, step });
             (
                 kernel.entry("samples"),
                 [columns.div_ceil(64), rows],

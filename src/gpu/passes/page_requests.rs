@@ -82,9 +82,9 @@ pub fn page_levels(
             least: coarser,
         };
         let kernel = Kernel::new("page_levels")
-            .receivers(&frame.gpu, *seen, &seen.uniform(projection))
+            .receivers(*seen, &seen.uniform(projection))
             .tiles(*seen, rows)
-            .uniform(&frame.gpu, 0, &uniform)
+            .uniform(0, &uniform)
             .bind(1, level_of_pixel);
         kernel.dispatch(seen.groups(rows))
     });

@@ -145,12 +145,12 @@ impl<'a> Drawing<'a> {
             false => "rasterize",
         };
         let kernel = Kernel::new(file)
-            .uniform(&frame.gpu, 0, &self.uniform(scene))
+            .uniform(0, &self.uniform(scene))
             .constant("culls_by_depth", frame.culls)
             .warp(self.job.warp);
         let kernel = match self.job.pages {
             None => kernel.constant("has_receiver_tiles", self.job.receiver_tiles.is_some()),
-            Some(pages) => kernel.stored_pages(&frame.gpu, pages),
+            Some(pages) => kernel.stored_pages(pages),
         };
         let culls_hidden = frame.culls && self.bands <= MAX_HIDING_BANDS;
         match &self.pieces {
@@ -173,7 +173,7 @@ impl<'a> Drawing<'a> {
             Target::DepthTriangle => {
                 let walk = |before: u32| {
                     let walk = walk("target/depth_then_triangle");
-                    walk.uniform(gpu, 15, &before)
+                    walk.uniform(15, &before)
                 };
                 vec![walk(0), walk(1)]
             }

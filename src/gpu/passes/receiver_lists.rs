@@ -80,10 +80,10 @@ pub fn receiver_lists(
     let lists = new_lists(frame, grid, pixels)?;
 
     let rows = gpu.work_per_invocation(1, 32);
-    let kernel = Kernel::new("receiver_lists").uniform(&gpu, 0, &grid.uniform);
+    let kernel = Kernel::new("receiver_lists").uniform(0, &grid.uniform);
     let of_light = grid.of_rays(kernel.clone());
     let of_image = of_light.clone();
-    let of_image = of_image.receivers(&gpu, seen, &seen.camera_uniform());
+    let of_image = of_image.receivers(seen, &seen.camera_uniform());
     let of_image = of_image.tiles(seen, rows).bind(4, &places);
     let summing = |entry_point| kernel.clone().entry(entry_point).bind(7, &sums);
 

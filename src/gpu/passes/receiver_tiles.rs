@@ -45,10 +45,10 @@ pub fn receiver_tiles(
     receivers.margin = rounding as f32;
     let rows_per_invocation = frame.gpu.work_per_invocation(1, 32);
     let kernel = Kernel::new("receiver_tiles")
-        .projection(&frame.gpu, 0, projection, seen.scene.origin)
-        .uniform(&frame.gpu, 1, &uniform)
+        .projection(0, projection, seen.scene.origin)
+        .uniform(1, &uniform)
         .bind(2, &tiles)
-        .receivers(&frame.gpu, seen, &receivers)
+        .receivers(seen, &receivers)
         .tiles(seen, rows_per_invocation)
         .warp(warp);
     frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows_per_invocation))]);

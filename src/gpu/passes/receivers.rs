@@ -51,9 +51,9 @@ pub fn receivers(
     // Rows that an invocation reduces before its workgroup does.
     let rows = frame.gpu.work_per_invocation(16, 32);
     let kernel = Kernel::new("receivers")
-        .projection(&frame.gpu, 0, projection, seen.scene.origin)
+        .projection(0, projection, seen.scene.origin)
         .bind(1, &bounds)
-        .receivers(&frame.gpu, seen, &seen.uniform(projection))
+        .receivers(seen, &seen.uniform(projection))
         .tiles(seen, rows);
     frame.pass(LABEL, &[kernel.dispatch(seen.groups(rows))]);
     frame.read(Source::Taken(bounds), 1)

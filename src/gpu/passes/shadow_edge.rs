@@ -38,8 +38,8 @@ pub fn shadow_edge(
         floor: floor as f32,
     };
     let kernel = Kernel::new("shadow_edge")
-        .projection(&frame.gpu, 0, projection, scene.origin)
-        .uniform(&frame.gpu, 1, &uniform)
+        .projection(0, projection, scene.origin)
+        .uniform(1, &uniform)
         .bind(2, &edges)
         .stored(Target::DepthTriangle)
         .bind(5, texels);

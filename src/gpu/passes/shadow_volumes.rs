@@ -105,8 +105,8 @@ impl<'a> Volumes<'a> {
         let uniform = ShadowVolumesUniform::new(seen, edges, count_at_infinity);
         let kernel = Kernel::new("shadow_volumes");
         let kernel = kernel.constant("vertices_per_side", vertices_per_side(seen));
-        let of_scene = kernel.clone().uniform(&frame.gpu, 0, &uniform);
-        let of_scene = of_scene.receivers_uniform(&frame.gpu, seen, &seen.camera_uniform());
+        let of_scene = kernel.clone().uniform(0, &uniform);
+        let of_scene = of_scene.receivers_uniform(seen, &seen.camera_uniform());
         let silhouettes = SILHOUETTE_BYTES * u64::from(edges.edge_count.max(1));
         let volumes = Self {
             seen,
@@ -131,7 +131,7 @@ impl<'a> Volumes<'a> {
         let by_item = |count: u32| Groups::Linear(u64::from(count).div_ceil(GROUP));
         let begin = of_entry("begin").bind(13, &self.arguments);
         let find_points = of_entry("find_points")
-            .receivers(&frame.gpu, seen, &seen.camera_uniform())
+            .receivers(seen, &seen.camera_uniform())
             .bind(14, &self.points)
             .bind(19, &unsure.list);
         let find_sides = self.of_scene.clone().entry("find_sides");
@@ -141,7 +141,7 @@ impl<'a> Volumes<'a> {
             .light_sides(seen.scene, seen.light_sides)
             .bind(6, &self.sides);
         let find_silhouettes = of_entry("find_silhouettes")
-            .uniform(&frame.gpu, 0, &self.uniform)
+            .uniform(0, &self.uniform)
             .bind(4, &self.edges.edges)
             .bind(5, &self.edges.uses)
             .bind(7, &self.sides)
@@ -186,12 +186,12 @@ impl<'a> Volumes<'a> {
         let visibility = frame.storage("visibility image", 4 * pixels)?;
         let kernel = self.kernel.clone().entry("answer");
         let kernel = kernel
-            .receivers_uniform(&frame.gpu, self.seen, &self.seen.camera_uniform())
+            .receivers_uniform(self.seen, &self.seen.camera_uniform())
             .bind(21, self.seen.visibility_buffer)
             .bind(15, &self.points)
             .bind(16, &self.counts)
             .bind(17, &visibility)
-            .uniform(&frame.gpu, 0, &self.uniform);
+            .uniform(0, &self.uniform);
         frame.pass(LABEL, &[kernel.dispatch(image(self.seen))]);
         Ok(visibility)
     }

@@ -1,7 +1,6 @@
 //! The pages of a level of a map on the device, `shaders/paging/pages.wgsl`.
 
 use crate::error::Result;
-use crate::gpu::device::Gpu;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::Recording;
@@ -102,25 +101,24 @@ pub enum PagesInput<'a> {
 
 impl Kernel {
     /// The pages that the rasterizer draws.
-    pub fn stored_pages(self, gpu: &Gpu, pages: &StoredPages) -> Self {
+    pub fn stored_pages(self, pages: &StoredPages) -> Self {
         self.fill("paging/pages")
-            .uniform(gpu, 26, &pages.level.uniform(pages.coarse_columns))
+            .uniform(26, &pages.level.uniform(pages.coarse_columns))
             .bind(9, &pages.table)
     }
 
     /// The pages of a lookup, and of each pixel the number of its level. What has no part in it is `unused`.
     pub fn pages_looked_at(
         self,
-        gpu: &Gpu,
         pages: PagesInput,
         level_of_pixel: &wgpu::Buffer,
         [unused, unused_too]: [&wgpu::Buffer; 2],
     ) -> Self {
         let kernel = match pages {
-            PagesInput::Look(pages) => self.stored_pages(gpu, pages).bind(27, unused),
+            PagesInput::Look(pages) => self.stored_pages(pages).bind(27, unused),
             PagesInput::Ask(level, requests) => self
                 .fill("paging/pages")
-                .uniform(gpu, 26, &level.uniform(0))
+                .uniform(26, &level.uniform(0))
                 .bind(9, unused_too)
                 .bind(27, requests),
         };

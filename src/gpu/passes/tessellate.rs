@@ -65,12 +65,11 @@ pub fn tessellate(
         rounding: rounding as f32,
         padding: 0,
     };
-    let gpu = frame.gpu.clone();
     let kernel = Kernel::new("tessellate");
     let of_triangles = kernel
         .projected(projection)
         .warp(warp)
-        .uniform(&gpu, 0, &job)
+        .uniform(0, &job)
         .bind(4, counters);
     let of_list = of_triangles.bare().bind(4, counters);
     let of_triangles = of_triangles.bind(5, &pieces);

@@ -1,7 +1,7 @@
 //! Pass "warp map": importance to monotone functions, `shaders/warp_map.wgsl`.
 
 use crate::error::Result;
-use crate::gpu::kernel::{Groups, Kernel};
+use crate::gpu::kernel::{Groups, Kernel, Resource};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, Recording, Source};
 use crate::gpu::shader_struct::shader_struct;
@@ -20,7 +20,7 @@ const ROWS: u32 = 64;
 pub struct WarpMap {
     pub table: PooledBuffer,
     pub layout: Layout,
-    uniform: wgpu::Buffer,
+    uniform: Resource,
 }
 
 shader_struct! {
@@ -109,7 +109,7 @@ impl WarpMap {
         };
         Ok(Self {
             table,
-            uniform: frame.gpu.uniform("warp", &layout),
+            uniform: Resource::uniform(&layout),
             layout,
         })
     }
@@ -158,7 +158,7 @@ impl WarpMap {
         let bytes = 8 * u64::from(rows) * u64::from(cells);
         let one = frame.storage("weights", bytes)?;
         let two = frame.storage("smoothed weights", bytes)?;
-        let with_axis = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
+        let with_axis = Kernel::new("warp_map").uniform(0, &uniform);
         let widen = Kernel::new("warp_map").entry("widen").bind(1, counts);
         let by_weight = Groups::Linear((u64::from(rows) * u64::from(cells)).div_ceil(64));
         let adding = |entry_point, from, to, rows| {
@@ -195,7 +195,7 @@ impl WarpMap {
         let uniform = self.axis(axis, size, 0, sigma);
         let collapsed = frame.storage("maxima", 4 * u64::from(cells))?;
         let blurred = frame.storage("blurred maxima", 4 * u64::from(cells))?;
-        let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
+        let kernel = Kernel::new("warp_map").uniform(0, &uniform);
         let collapse = kernel.clone().entry("collapse").bind(1, importance);
         let blur = kernel.clone().entry("blur").bind(6, &blurred);
         let fit = kernel.entry("function_of_maxima").bind(6, &blurred);
@@ -231,7 +231,7 @@ impl WarpMap {
             let (functions, boundaries) = (uniform.functions, uniform.cells + 1);
             let by_texel = Groups::Grid(uniform.texels.div_ceil(64), functions);
             let by_boundary = Groups::Grid(boundaries.div_ceil(64), functions.div_ceil(BLOCK));
-            let kernel = Kernel::new("warp_map").uniform(&frame.gpu, 0, &uniform);
+            let kernel = Kernel::new("warp_map").uniform(0, &uniform);
             let kernel = kernel.bind(4, &self.table);
             dispatches.push(kernel.clone().entry("invert").dispatch(by_texel));
             dispatches.push(kernel.entry("envelope").dispatch(by_boundary));
