@@ -1,7 +1,7 @@
 //! A frame in the making on the CPU: what the camera sees, and what a method asks of it.
 
 use super::filtered_texels::FilteredTexels;
-use super::importance_map::Words;
+use super::importance_map::{PlacedReceivers, Words};
 use super::light_grids::Grids;
 use super::map::Map;
 use super::pages::kept::KeptPages;
@@ -153,6 +153,8 @@ pub struct Frame<'a> {
     pub(super) seen: Arc<Seen>,
     /// The last samples' image.
     pub(super) sampled: Option<Image>,
+    /// The receivers that were counted last, along x.
+    pub(super) placed: Option<PlacedReceivers>,
     /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
     pub(super) culls: bool,
     /// Milliseconds of each pass.
@@ -198,6 +200,7 @@ impl<'a> Frame<'a> {
             kept,
             seen,
             sampled: None,
+            placed: None,
             culls,
             timings: Vec::new(),
             stats: Stats::new(scene),

@@ -1,18 +1,18 @@
 //! What the receivers make of each cell of the light's map, as `shaders/importance_map.wgsl`, which argues for it.
 
-use super::cells::filled;
+use super::cells::{filled, filled_beside};
 use super::lanes::{
     LANES, Simd, bits, dispatch, f32x8, indices, level, mask_bits, narrow, splat, u32x8,
 };
 use super::light_space::LightSpace;
-use super::receivers::{BlockReceivers, Receivers, function_of};
-use super::tiles::BLOCK;
+use super::receivers::{BlockReceivers, KnownPlanes, Receivers, function_of};
+use super::tiles::TILE_PIXELS;
 use crate::fits::layer::Layer;
 use crate::importance::{BOUNDARY_BLOCK, Factors, Grid, Importance, ImportanceMap};
 use crate::lanes::{Each, Lane, V2};
 use crate::projection::{Formulas, KindVisitor, LaneKind};
 use crate::warp::{Axis, Warp};
-use fearless_simd::SimdFrom;
+use fearless_simd::prelude::*;
 use glam::DVec3;
 
 /// Words of 32 bits: a float32 number's, or a count.
@@ -50,22 +50,36 @@ pub fn factor_of_normal(bonus: f64, normal: DVec3, sight: DVec3) -> f32 {
     (1.0 + bonus * (normal.dot(sight) / sight.length()).abs()) as f32
 }
 
+/// Eight receivers in the map, both sides of which are 1, and which of them are on it and the layer's.
+pub struct Places {
+    u: [f32; LANES],
+    v: [f32; LANES],
+    mask: u32,
+}
+
+/// Where the receivers of a layer lie: counts along y, which come after those along x, begin there.
+pub struct PlacedReceivers {
+    layer: Layer,
+    tiles: Vec<Vec<Places>>,
+}
+
 /// The importance of a layer's cells from the receivers. Counts along y are of where the warp's functions along x put
-/// them.
+/// them. Where they lie is given back by counts along x of receivers that are worth the same, for those along y.
 pub fn importance_map(
     receivers: &Receivers,
     layer: &Layer,
     cells: u32,
     importance: Importance,
     factors: Factors<Words>,
-    warp: Option<&Warp>,
-) -> ImportanceMap<Words> {
+    (warp, placed): (Option<&Warp>, Option<PlacedReceivers>),
+) -> (ImportanceMap<Words>, Option<PlacedReceivers>) {
     let (along, count_unit) = match importance {
         Importance::Count { along, unit } => (along, Some(unit)),
         Importance::Maximum => (Axis::X, None),
     };
     let projection = &layer.projection;
     let (centre, size) = (projection.centre, [projection.width, projection.height]);
+    let is_even = !factors.distance && !factors.has_more_than_distance();
     let pass = Pass {
         receivers,
         space: LightSpace::new(layer, receivers),
@@ -73,6 +87,8 @@ pub fn importance_map(
         side: size.map(|texels| 1.0 / texels as f32),
         cells,
         count_unit: count_unit.map(|unit| unit as f32),
+        even_count: count_unit.filter(|_| is_even).map(even_count),
+        keeps_places: count_unit.is_some() && is_even && along == Axis::X,
         factors,
         warp: warp.filter(|_| along == Axis::Y),
     };
@@ -80,16 +96,46 @@ pub fn importance_map(
         Some(_) => u32::wrapping_add,
         None => u32::max,
     };
-    let rows = receivers.image.tiling.height.div_ceil(BLOCK);
-    let values = filled((cells as usize).pow(2), rows, both, |map, row| {
-        let (pass, y) = (&pass, row * BLOCK);
-        dispatch!(level(), simd => pass.space.kind.visit(Rows { simd, pass, y, map }));
+    let count = (cells as usize).pow(2);
+    let placed = placed.filter(|placed| is_even && along == Axis::Y && placed.layer == *layer);
+    let (values, tiles) = match placed {
+        Some(PlacedReceivers { tiles, .. }) => {
+            let values = filled(count, tiles.len(), both, |map, tile| {
+                dispatch!(level(), simd => pass.count_again(simd, &tiles[tile], map));
+            });
+            (values, vec![])
+        }
+        None => {
+            let (tiles, known) = (receivers.image.tiling.tiles(), KnownPlanes::default);
+            filled_beside(count, tiles, both, known, |map, known, tile| {
+                let pass = &pass;
+                dispatch!(level(), simd => {
+                    pass.space.kind.visit(TileReceivers { simd, pass, tile, known, map })
+                })
+            })
+        }
+    };
+    let placed = pass.keeps_places.then(|| PlacedReceivers {
+        layer: layer.clone(),
+        tiles,
     });
-    ImportanceMap {
+    let map = ImportanceMap {
         values,
         cells,
         count_unit,
-    }
+    };
+    (map, placed)
+}
+
+/// What a receiver of weight one counts.
+fn even_count(unit: f64) -> u32 {
+    dispatch!(level(), simd => counts(splat(simd, 1.0), unit as f32)[0])
+}
+
+#[inline(always)]
+fn counts<S: Simd>(weights: f32x8<S>, unit: f32) -> [u32; LANES] {
+    let simd = weights.simd;
+    simd.cvt_u32_f32x8(rounded(weights * unit)).into()
 }
 
 struct Pass<'a> {
@@ -101,52 +147,95 @@ struct Pass<'a> {
     side: [f32; 2],
     cells: u32,
     count_unit: Option<f32>,
+    /// What a receiver counts where all count the same.
+    even_count: Option<u32>,
+    keeps_places: bool,
     factors: Factors<'a, Words>,
     /// The one that counts along y go through.
     warp: Option<&'a Warp>,
 }
 
-/// Eight rows of the image from `y` on, and the map that they are added to.
-struct Rows<'a, S: Simd> {
+/// A tile of the image, and the map that its receivers are added to.
+struct TileReceivers<'a, S: Simd> {
     simd: S,
     pass: &'a Pass<'a>,
-    y: usize,
+    tile: usize,
+    known: &'a mut KnownPlanes,
     map: &'a mut [u32],
 }
 
-impl<S: Simd> KindVisitor for Rows<'_, S> {
-    type Output = ();
+impl<S: Simd> KindVisitor for TileReceivers<'_, S> {
+    type Output = Vec<Places>;
 
     #[inline(always)]
-    fn visit<K: LaneKind>(self, kind: &K) {
-        let Self { simd, pass, y, map } = self;
-        let kind = kind.in_lanes(pass.space.unit, splat(simd, 0.0));
-        pass.receivers.each_block(
+    fn visit<K: LaneKind>(self, kind: &K) -> Vec<Places> {
+        let Self {
             simd,
-            y,
+            pass,
+            tile,
+            known,
+            map,
+        } = self;
+        let kind = kind.in_lanes(pass.space.unit, splat(simd, 0.0));
+        let mut kept = Vec::new();
+        if pass.keeps_places {
+            kept.reserve_exact(TILE_PIXELS / LANES);
+        }
+        pass.receivers.each_block_of_tile(
+            simd,
+            tile,
+            known,
             #[inline(always)]
-            |x, block| {
+            |(x, y), block| {
                 let masks = pass.space.masks(simd, block);
                 for (i, &mask) in masks.iter().enumerate() {
-                    if mask != 0 {
-                        let row = pass.placed(simd, &kind, block, i);
-                        pass.add(simd, &row, mask, block, (x, y, i), map);
+                    if mask == 0 {
+                        continue;
+                    }
+                    let row = pass.placed(simd, &kind, block, i, mask);
+                    match pass.even_count {
+                        Some(count) => add_count(simd, row.cells, row.mask, count, map),
+                        None => pass.add(simd, &row, block, (x, y, i), map),
+                    }
+                    if pass.keeps_places {
+                        kept.push(Places {
+                            u: row.u.into(),
+                            v: row.v.into(),
+                            mask: row.mask,
+                        });
                     }
                 }
             },
         );
+        kept
     }
 }
 
 /// Eight receivers in the map.
-struct Placed {
-    u: [f32; LANES],
-    v: [f32; LANES],
+struct Placed<S: Simd> {
+    u: f32x8<S>,
+    v: f32x8<S>,
     /// The cell that each falls in.
-    cells: [u32; LANES],
-    weights: [f32; LANES],
+    cells: u32x8<S>,
+    weights: f32x8<S>,
     /// Which are on the map.
     mask: u32,
+}
+
+/// Adds a number to the cell of each of eight receivers, once for neighbours in the same.
+#[inline(always)]
+fn add_count<S: Simd>(simd: S, cells: u32x8<S>, mask: u32, count: u32, map: &mut [u32]) {
+    let next = cells.slide::<1>(u32x8::simd_from(simd, u32::MAX));
+    let is_last = mask_bits(!next.simd_eq(cells));
+    let cells: [u32; LANES] = cells.into();
+    let mut left = mask;
+    for last in bits(is_last) {
+        let run = left & ((2 << last) - 1);
+        left &= !run;
+        if run != 0 {
+            map[cells[last] as usize] += run.count_ones() * count;
+        }
+    }
 }
 
 impl Pass<'_> {
@@ -157,32 +246,50 @@ impl Pass<'_> {
         kind: &impl Formulas<f32x8<S>>,
         block: &BlockReceivers<S>,
         i: usize,
-    ) -> Placed {
+        mask: u32,
+    ) -> Placed<S> {
         let point = &block.points[i];
         let q = self.space.projected(simd, point);
         let texel = kind.centred_texel_from_projected(q);
         let u = (texel.x + splat(simd, self.centre[0])) * splat(simd, self.side[0]);
         let v = (texel.y + splat(simd, self.centre[1])) * splat(simd, self.side[1]);
         let reach = splat(simd, ON_THE_MAP);
-        let [on_u, on_v] = [u, v].each(|place| (place - splat(simd, 0.5)).abs().at_most(reach));
-        let [line, place] = match self.warp {
-            None => [v, u],
-            Some(warp) => [warp.warped_x(V2::new(u, v)), v],
-        };
-        let [line, place] = [line, place].each(|place| cell_at(place, self.cells));
+        let [on_u, on_v] = [u, v].each(|place| Lane::abs(place - splat(simd, 0.5)).at_most(reach));
         let mut weights = splat(simd, 1.0);
         if self.factors.distance {
             let [_, _, width] = self.receivers.camera.image_rows();
             weights = kind.texel_width(q) / narrow(function_of(simd, width, point));
         }
-        let [line, place] =
-            [line, place].each(|number| u32x8::simd_from(simd, indices(simd, number)));
         Placed {
-            u: u.into(),
-            v: v.into(),
-            cells: (line * self.cells + place).into(),
-            weights: weights.into(),
-            mask: mask_bits(on_u) & mask_bits(on_v),
+            u,
+            v,
+            cells: self.cells_of(simd, u, v),
+            weights,
+            mask: mask & mask_bits(on_u & on_v),
+        }
+    }
+
+    /// The cells that places in the map fall in.
+    #[inline(always)]
+    fn cells_of<S: Simd>(&self, simd: S, u: f32x8<S>, v: f32x8<S>) -> u32x8<S> {
+        let [line, place] = match self.warp {
+            None => [v, u],
+            Some(warp) => [warp.warped_x(V2::new(u, v)), v],
+        };
+        let [line, place] = [line, place].each(|place| {
+            let cell = cell_at(place, self.cells);
+            u32x8::simd_from(simd, indices(simd, cell))
+        });
+        line * self.cells + place
+    }
+
+    /// Counts receivers where they are known to be.
+    #[inline(always)]
+    fn count_again<S: Simd>(&self, simd: S, receivers: &[Places], map: &mut [u32]) {
+        let count = self.even_count.expect("all count the same");
+        for Places { u, v, mask } in receivers {
+            let [u, v] = [u, v].each(|place| f32x8::simd_from(simd, *place));
+            add_count(simd, self.cells_of(simd, u, v), *mask, count, map);
         }
     }
 
@@ -190,37 +297,36 @@ impl Pass<'_> {
     fn add<S: Simd>(
         &self,
         simd: S,
-        row: &Placed,
-        mask: u32,
+        row: &Placed<S>,
         block: &BlockReceivers<S>,
         (x, y, i): (usize, usize, usize),
         map: &mut [u32],
     ) {
-        let has_factors = self.factors.has_more_than_distance();
-        let points = has_factors.then(|| block.points[i].map(<[f64; LANES]>::from));
-        let mut weights = row.weights;
-        if let Some([a, b, c]) = points {
-            for lane in bits(mask & row.mask) {
+        let cells: [u32; LANES] = row.cells.into();
+        let mut weights: [f32; LANES] = row.weights.into();
+        let [u, v] = [row.u, row.v].each(<[f32; LANES]>::from);
+        if self.factors.has_more_than_distance() {
+            let [a, b, c] = block.points[i].map(<[f64; LANES]>::from);
+            for lane in bits(row.mask) {
                 weights[lane] *= self.weight(&Receiver {
                     pixel: (x + lane, y + i),
                     triangle: block.ids[i][lane],
                     point: DVec3::new(a[lane], b[lane], c[lane]),
-                    place: [row.u[lane], row.v[lane]],
+                    place: [u[lane], v[lane]],
                 });
             }
         }
         let Some(unit) = self.count_unit else {
-            for lane in bits(mask & row.mask) {
-                let cell = &mut map[row.cells[lane] as usize];
+            for lane in bits(row.mask) {
+                let cell = &mut map[cells[lane] as usize];
                 // Positive floats are ordered as their bits are.
                 *cell = weights[lane].to_bits().max(*cell);
             }
             return;
         };
-        let weights = f32x8::simd_from(simd, weights);
-        let counts: [u32; LANES] = simd.cvt_u32_f32x8(rounded(weights * unit)).into();
-        for lane in bits(mask & row.mask) {
-            map[row.cells[lane] as usize] += counts[lane];
+        let counts = counts(f32x8::simd_from(simd, weights), unit);
+        for lane in bits(row.mask) {
+            map[cells[lane] as usize] += counts[lane];
         }
     }
 
@@ -252,7 +358,7 @@ impl Pass<'_> {
 #[inline(always)]
 fn rounded<S: Simd>(numbers: f32x8<S>) -> f32x8<S> {
     // Just below a half: 0.5 is added without a sum that is rounded up.
-    (numbers + 0.5f32.next_down()).floor()
+    Lane::floor(numbers + 0.5f32.next_down())
 }
 
 struct Receiver {
@@ -267,6 +373,7 @@ struct Receiver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::twin::Random;
 
     #[test]
     fn counts_are_the_nearest_whole_numbers() {
@@ -275,6 +382,24 @@ mod tests {
         let found: [f32; LANES] =
             dispatch!(level(), simd => rounded(f32x8::simd_from(simd, numbers)).into());
         assert_eq!(found, numbers.map(f32::round));
+    }
+
+    #[test]
+    fn each_of_eight_receivers_counts_in_its_own_cell() {
+        let mut random = Random(1);
+        for _ in 0..500 {
+            let cells: [u32; LANES] = std::array::from_fn(|_| random.below(3) as u32);
+            let (mask, count) = (random.below(256) as u32, 1 + random.below(4) as u32);
+            let mut right = [0; 3];
+            for lane in bits(mask) {
+                right[cells[lane] as usize] += count;
+            }
+            let mut found = [0; 3];
+            dispatch!(level(), simd => {
+                add_count(simd, u32x8::simd_from(simd, cells), mask, count, &mut found)
+            });
+            assert_eq!(found, right, "{cells:?} {mask:#b}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::lanes::{LANES, Simd, bits, dispatch, level};
 use super::light_space::LightSpace;
-use super::receivers::{BlockPlaces, Extent, Receivers};
+use super::receivers::{BlockPlaces, Extent, KnownPlanes, Receivers};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints};
@@ -43,18 +43,19 @@ impl Bounds {
 pub fn bounds(receivers: &Receivers, layers: &[Layer]) -> (Vec<Option<Corners>>, u32) {
     let space = |layer| LightSpace::new(layer, receivers);
     let spaces: Vec<_> = layers.iter().map(space).collect();
-    let of_rows = |i: usize| {
+    let of_tile = |known: &mut KnownPlanes, tile: usize| {
         let mut bounds = vec![Bounds::EMPTY; spaces.len()];
-        dispatch!(level(), simd => bounds_of_rows(simd, receivers, &spaces, i * BLOCK, &mut bounds));
+        let job = (receivers, &spaces[..], tile);
+        dispatch!(level(), simd => bounds_of_tile(simd, job, known, &mut bounds));
         bounds
     };
     let both = |a: Vec<Bounds>, b: Vec<Bounds>| {
         let pairs = a.into_iter().zip(b);
         pairs.map(|(a, b)| a.and(b)).collect()
     };
-    let rows = (0..receivers.image.tiling.height.div_ceil(BLOCK)).into_par_iter();
-    let bounds = rows
-        .map(of_rows)
+    let tiles = (0..receivers.image.tiling.tiles()).into_par_iter();
+    let bounds = tiles
+        .map_init(KnownPlanes::default, of_tile)
         .reduce(|| vec![Bounds::EMPTY; spaces.len()], both);
     let facing = bounds.iter().map(|bounds| bounds.facing).sum();
     let corners = bounds.into_iter().zip(&spaces).map(|(bounds, space)| {
@@ -67,17 +68,17 @@ pub fn bounds(receivers: &Receivers, layers: &[Layer]) -> (Vec<Option<Corners>>,
 }
 
 #[inline(always)]
-fn bounds_of_rows<S: Simd>(
+fn bounds_of_tile<S: Simd>(
     simd: S,
-    receivers: &Receivers,
-    spaces: &[LightSpace],
-    y: usize,
+    (receivers, spaces, tile): (&Receivers, &[LightSpace], usize),
+    known: &mut KnownPlanes,
     bounds: &mut [Bounds],
 ) {
     let mut places = BlockPlaces::none(simd);
-    receivers.each_block(
+    receivers.each_block_of_tile(
         simd,
-        y,
+        tile,
+        known,
         #[inline(always)]
         |_, block| {
             for (space, bounds) in spaces.iter().zip(bounds.iter_mut()) {

@@ -247,6 +247,23 @@ impl<'a> Receivers<'a> {
         }
     }
 
+    /// Gives each block of a tile that has receivers, with its first pixel. Neighbours mostly show the same triangles.
+    #[inline(always)]
+    pub fn each_block_of_tile<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        known: &mut KnownPlanes,
+        mut work: impl FnMut((usize, usize), &BlockReceivers<S>),
+    ) {
+        let mut block = BlockReceivers::none(simd);
+        for pixel in self.image.tiling.blocks(tile) {
+            if self.block(simd, pixel, 0..BLOCK, known, &mut block) {
+                work(pixel, &block);
+            }
+        }
+    }
+
     /// Finds those of some rows of the block whose first pixel that is; `false` where nothing there is seen and faces
     /// the light.
     #[inline(always)]

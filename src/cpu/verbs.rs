@@ -340,10 +340,12 @@ impl<'a> Verbs<'a> for Frame<'a> {
         warp: Option<&CpuWarp>,
     ) -> Result<ImportanceMap<Words>> {
         self.camera.check_float32(self.scene.bounds())?;
-        let warp = functions_of(warp);
-        Ok(self.timed(IMPORTANCE_LABEL, |frame| {
-            importance_map(&frame.receivers(), layer, cells, importance, factors, warp)
-        }))
+        let from = (functions_of(warp), self.placed.take());
+        let (map, placed) = self.timed(IMPORTANCE_LABEL, |frame| {
+            importance_map(&frame.receivers(), layer, cells, importance, factors, from)
+        });
+        self.placed = placed;
+        Ok(map)
     }
 
     fn forward_importance(

@@ -11,10 +11,14 @@ use crate::cpu::receivers::Receivers;
 use crate::cpu::shadow_edge::shadow_edge;
 use crate::cpu::warp_map::WarpMap;
 use crate::engine::Engine;
+use crate::fits::boxes::parallel_layer;
 use crate::fits::layer::Layer;
+use crate::fits::receivers::Setting;
 use crate::importance::{EdgeBias, Factors, Grid, Importance, ImportanceMap, OldImportance};
+use crate::map_size::MapSize;
 use crate::methods::Method;
 use crate::reference::surface;
+use crate::region::{HalfSpace, Region};
 use crate::render::{Outputs, Rendered, SceneCache, render};
 use crate::warp::{Axis, CountFit, Warp};
 use glam::DMat3;
@@ -113,7 +117,7 @@ fn maps_and_warps_are_those_of_the_shaders() {
     for light in some_lights() {
         let receivers = Receivers::new(&scene, &image, &camera, &light);
         let map = |layer: &Layer, importance, factors, warp: Option<&Warp>| {
-            importance_map(&receivers, layer, CELLS, importance, factors, warp)
+            importance_map(&receivers, layer, CELLS, importance, factors, (warp, None)).0
         };
         let shown = by_the_shaders(&scene, &camera, &light, "rtw");
         for (right, layer) in shown.importance_maps.iter().zip(&shown.layers) {
@@ -216,9 +220,10 @@ fn importance_is_the_product_of_its_factors() {
         cells,
         Importance::Maximum,
         factors,
-        None,
-    );
-    let counts = importance_map(&receivers, &layer, cells, counted, factors, None);
+        (None, None),
+    )
+    .0;
+    let counts = importance_map(&receivers, &layer, cells, counted, factors, (None, None)).0;
     let mut right = [vec![0.0; 1024], vec![0.0; 1024]];
     let (points, normals, depths) = surface(&scene, &camera, &triangle_ids(&image));
     for (pixel, (&point, &normal)) in points.iter().zip(&normals).enumerate() {
@@ -270,6 +275,57 @@ fn counts(cells: u32, random: &mut Random) -> ImportanceMap<Words> {
         cells,
         count_unit: Some(1.0),
     }
+}
+
+#[test]
+fn counts_along_y_are_the_same_of_receivers_that_were_placed_before() {
+    let (scene, camera) = view(&mut Random(8));
+    let image = rasterize(&View::of_camera(&camera), &scene);
+    let light = Light::directional(DVec3::new(0.5, -1.0, 0.3)).unwrap();
+    let receivers = Receivers::new(&scene, &image, &camera, &light);
+    let half = |side: f64| HalfSpace {
+        origin: DVec3::ZERO,
+        normal: side * DVec3::X,
+    };
+    // Some receivers lie beside the map.
+    let setting = Setting {
+        scene: &scene,
+        camera: &camera,
+        light: &light,
+    };
+    let size = MapSize {
+        width: 64,
+        height: 48,
+    };
+    let axes = parallel_layer(setting).projection;
+    let projection = axes.around(DVec2::ZERO, DVec2::splat(40.0), size);
+    let [whole, right, left] = [vec![], vec![half(1.0)], vec![half(-1.0)]].map(|sides| Layer {
+        projection: projection.clone(),
+        region: Region::new(sides),
+    });
+    let along_y = Importance::Count {
+        along: Axis::Y,
+        unit: 1.0,
+    };
+    let mut found = vec![];
+    for (layer, other) in [(&whole, &right), (&right, &left)] {
+        let count = |layer, importance, warp, placed| {
+            let from = (warp, placed);
+            importance_map(&receivers, layer, 32, importance, Factors::NONE, from)
+        };
+        let (counts, placed) = count(layer, COUNT, None, None);
+        let mut warp = WarpMap::new(4, 32);
+        warp.fit_counts(Axis::X, &counts, FIT);
+        let again = |placed| count(layer, along_y, Some(&warp.warp), placed).0.values;
+        let anew = again(None);
+        assert!(anew == again(placed));
+        // Those of another layer are not taken for its own.
+        assert!(anew == again(count(other, COUNT, None, None).1));
+        let sums = [&anew, &counts.values].map(|values| values.iter().sum::<u32>());
+        assert_eq!(sums[0], sums[1]);
+        found.push(sums[0]);
+    }
+    assert!(found[0] > found[1] && found[1] > 500, "{found:?}");
 }
 
 #[test]
@@ -511,8 +567,9 @@ fn forward_importance_is_backward_importance_of_a_floor() {
                 cells,
                 Importance::Maximum,
                 factors,
-                None,
-            );
+                (None, None),
+            )
+            .0;
             let projection = &layer.projection;
             let forth = forward_importance(&scene, &camera, projection, &seen, cells, factors);
             let pairs: Vec<_> = values(&back).into_iter().zip(values(&forth)).collect();
@@ -567,13 +624,21 @@ fn importance_does_not_depend_on_the_number_of_threads() {
     let of_threads = [1, 2, 5].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let counts = importance_map(&receivers, &layer, CELLS, COUNT, Factors::NONE, None);
+            let counts = importance_map(
+                &receivers,
+                &layer,
+                CELLS,
+                COUNT,
+                Factors::NONE,
+                (None, None),
+            )
+            .0;
             let mut warp = WarpMap::new(16, CELLS);
             warp.fit_counts(Axis::X, &counts, FIT);
             let mut factors = Factors::NONE;
             factors.distance = true;
             let most = Importance::Maximum;
-            let maxima = importance_map(&receivers, &layer, CELLS, most, factors, None);
+            let maxima = importance_map(&receivers, &layer, CELLS, most, factors, (None, None)).0;
             warp.fit_maxima(Axis::Y, &maxima, 3.0);
             let bits = warp.warp.values.iter().map(|v| v.to_bits());
             (counts.values, maxima.values, bits.collect::<Vec<_>>())
