@@ -28,6 +28,19 @@ pub trait Lane:
     fn ln(self) -> Self;
     /// A value of a table of rows, at whole numbers.
     fn gather(table: &[f32], width: usize, row: Self, column: Self) -> Self;
+
+    /// The same, and the one after it.
+    #[inline(always)]
+    fn gather_two(table: &[f32], width: usize, row: Self, column: Self) -> [Self; 2] {
+        [0.0, 1.0].each(|k| Self::gather(table, width, row, column + column.constant(k)))
+    }
+
+    /// The same, and the three after it.
+    #[inline(always)]
+    fn gather_four(table: &[f32], width: usize, row: Self, column: Self) -> [Self; 4] {
+        [0.0, 1.0, 2.0, 3.0].each(|k| Self::gather(table, width, row, column + column.constant(k)))
+    }
+
     fn less(self, other: Self) -> Self::Mask;
     fn at_most(self, other: Self) -> Self::Mask;
     /// `yes` where the mask is set, else `no`.

@@ -10,6 +10,7 @@ use crate::map_size::MapSize;
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use samples::SampledWarp;
+use std::ops::Range;
 
 /// Loops over the cells of a function, and over the texels after them, stay below 65,535 iterations in a shader.
 pub const MAX_CELLS: u32 = 16384;
@@ -102,8 +103,7 @@ impl Warp {
         let cells = x.constant((self.boundaries - 1) as f64);
         let place = x.clamp(x.constant(0.0), one) * cells;
         let cell = place.floor().min(cells - one);
-        let a = L::gather(&self.values, self.boundaries, function, cell);
-        let b = L::gather(&self.values, self.boundaries, function, cell + one);
+        let [a, b] = L::gather_two(&self.values, self.boundaries, function, cell);
         a + (b - a) * (place - cell)
     }
 
@@ -138,12 +138,14 @@ impl Warp {
         (V2::new(x, y), V2::new(row, column))
     }
 
-    /// Where each function takes on the centres of a map's texels, those along x and those along y: as `invert` in
-    /// `shaders/warp_map.wgsl`.
-    pub fn inverses(&self, size: MapSize) -> [Vec<f32>; 2] {
+    /// Where each function takes on the centres of a map's texels: as `invert` in `shaders/warp_map.wgsl`.
+    pub fn inverses(&self, size: MapSize) -> Inverses {
         let (along_x, along_y) = self.values.split_at(self.functions * self.boundaries);
         let inverses = |(values, axis)| self.inverses_along(values, size.along(axis) as usize);
-        [(along_x, Axis::X), (along_y, Axis::Y)].map(inverses)
+        Inverses {
+            size,
+            places: [(along_x, Axis::X), (along_y, Axis::Y)].map(inverses),
+        }
     }
 
     fn inverses_along(&self, values: &[f32], texels: usize) -> Vec<f32> {
@@ -160,60 +162,71 @@ impl Warp {
                 let part = ((value - a) / (b - a).max(1e-30)).clamp(0.0, 1.0);
                 (cell as f32 + part) / cells as f32
             };
-            (0..texels).map(place_of).collect::<Vec<_>>()
+            let places: Vec<_> = (0..texels).map(place_of).collect();
+            let [first, last] = [places[0], places[texels - 1]].map(|end| [end; BORDER]);
+            [&first[..], &places, &last].concat()
         };
         functions.flat_map_iter(inverse).collect()
     }
 
-    /// Linear map coordinates of the centre of a texel, by the table of `inverses`.
+    /// Linear map coordinates of the centre of a texel.
     #[inline(always)]
-    pub fn linear_from_texel<L: Lane>(
-        &self,
-        inverses: &[Vec<f32>; 2],
-        size: MapSize,
-        texel: V2<L>,
-    ) -> V2<L> {
-        let (functions, y) = self.functions_and_y(inverses, size, texel);
-        V2::new(inverse_at(inverses, Axis::X, size, functions.x, texel.x), y)
+    pub fn linear_from_texel<L: Lane>(&self, inverses: &Inverses, texel: V2<L>) -> V2<L> {
+        let column = self.function_of_column(inverses, texel.x);
+        let y = inverses.at(Axis::Y, column, texel.y);
+        let row = self.function_at(y);
+        V2::new(inverses.at(Axis::X, row, texel.x), y)
     }
 
-    /// The functions of a row and of a column that take a place to the centre of a texel.
+    /// What the two functions that take a place to the centre of a texel take to those of the columns and rows around it,
+    /// from `reach` before it on. What is beside the map counts as its border.
     #[inline(always)]
-    pub fn functions_of_texel<L: Lane>(
+    pub fn linear_around<L: Lane>(
         &self,
-        inverses: &[Vec<f32>; 2],
-        size: MapSize,
+        inverses: &Inverses,
         texel: V2<L>,
-    ) -> V2<L> {
-        self.functions_and_y(inverses, size, texel).0
+        reach: usize,
+    ) -> [V2<L>; AROUND] {
+        let column = self.function_of_column(inverses, texel.x);
+        let y = inverses.around(Axis::Y, column, texel.y, reach);
+        let row = self.function_at(y[reach]);
+        let x = inverses.around(Axis::X, row, texel.x, reach);
+        std::array::from_fn(
+            #[inline(always)]
+            |i| V2::new(x[i], y[i]),
+        )
     }
 
-    /// The same, and the second coordinate of that place.
-    #[inline(always)]
-    fn functions_and_y<L: Lane>(
-        &self,
-        inverses: &[Vec<f32>; 2],
-        size: MapSize,
-        texel: V2<L>,
-    ) -> (V2<L>, L) {
-        let columns = texel.x.constant(f64::from(size.width));
-        let column = self.function_at((texel.x + texel.x.constant(0.5)) / columns);
-        let y = inverse_at(inverses, Axis::Y, size, column, texel.y);
-        (V2::new(self.function_at(y), column), y)
+    /// The function along y that all of some columns of texels have; `None` where they have several, or are not all on
+    /// the map.
+    pub fn function_of_columns(&self, inverses: &Inverses, columns: Range<usize>) -> Option<f32> {
+        let ends = [columns.start, columns.end - 1];
+        let [first, last] = ends.map(|x| self.function_of_column(inverses, x as f32));
+        let is_on_map = columns.end <= inverses.size.width as usize;
+        (is_on_map && first == last).then_some(first)
     }
 
-    /// What two functions take to the centre of a texel.
+    /// Linear map coordinates of the centres of `N` texels of a row, from one on, that have that function along y: those
+    /// along x, and the one along y that is the same for all.
     #[inline(always)]
-    pub fn linear_by_functions<L: Lane>(
+    pub fn linear_from_row<'a, const N: usize>(
         &self,
-        inverses: &[Vec<f32>; 2],
-        size: MapSize,
-        functions: V2<L>,
-        texel: V2<L>,
-    ) -> V2<L> {
-        let x = inverse_at(inverses, Axis::X, size, functions.x, texel.x);
-        let y = inverse_at(inverses, Axis::Y, size, functions.y, texel.y);
-        V2::new(x, y)
+        inverses: &'a Inverses,
+        column: f32,
+        [x, y]: [usize; 2],
+    ) -> (&'a [f32; N], f32) {
+        let place = inverses.at(Axis::Y, column, y as f32);
+        let row = self.function_at(place) as usize;
+        let first = row * inverses.width(Axis::X) + BORDER + x;
+        let of_row = inverses.places[Axis::X as usize][first..].first_chunk();
+        (of_row.expect("they are on the map"), place)
+    }
+
+    /// The function along y of a column of texels.
+    #[inline(always)]
+    fn function_of_column<L: Lane>(&self, inverses: &Inverses, x: L) -> L {
+        let columns = x.constant(f64::from(inverses.size.width));
+        self.function_at((x + x.constant(0.5)) / columns)
     }
 
     /// The first and the last texel of the patch of two functions, those of a row and of a column: between patches
@@ -304,21 +317,73 @@ impl Warp {
     }
 }
 
-/// Where a function along an axis takes on the centre of a texel.
-#[inline(always)]
-fn inverse_at<L: Lane>(
-    inverses: &[Vec<f32>; 2],
-    axis: Axis,
+/// Where each function of a warp takes on the centres of a map's texels.
+pub struct Inverses {
     size: MapSize,
-    function: L,
-    texel: L,
-) -> L {
-    L::gather(
-        &inverses[axis as usize],
-        size.along(axis) as usize,
-        function,
-        texel,
-    )
+    /// Those along x and those along y, function by function. Beside the map there are [`BORDER`] more on each side.
+    places: [Vec<f32>; 2],
+}
+
+/// Texels on each side of a map that have the place of the one at its border.
+const BORDER: usize = 2;
+
+/// Columns or rows around a texel, at most.
+pub const AROUND: usize = 2 * BORDER + 1;
+
+impl Inverses {
+    /// Before there are any.
+    pub fn none() -> Self {
+        Self {
+            size: MapSize {
+                width: 0,
+                height: 0,
+            },
+            places: [vec![], vec![]],
+        }
+    }
+
+    /// Of the places of a function.
+    fn width(&self, axis: Axis) -> usize {
+        self.size.along(axis) as usize + 2 * BORDER
+    }
+
+    /// Where a function along an axis takes on the centre of a texel.
+    #[inline(always)]
+    fn at<L: Lane>(&self, axis: Axis, function: L, texel: L) -> L {
+        let column = texel + texel.constant(BORDER as f64);
+        L::gather(
+            &self.places[axis as usize],
+            self.width(axis),
+            function,
+            column,
+        )
+    }
+
+    /// The same of the texels from `reach` before one on, at most [`BORDER`]: those after as many behind it are any.
+    #[inline(always)]
+    fn around<L: Lane>(&self, axis: Axis, function: L, texel: L, reach: usize) -> [L; AROUND] {
+        if reach == 0 {
+            return [self.at(axis, function, texel); AROUND];
+        }
+        let (table, width) = (&self.places[axis as usize], self.width(axis));
+        let first = texel + texel.constant(BORDER as f64 - reach as f64);
+        let [a, b, c, d] = L::gather_four(table, width, function, first);
+        let last = match 2 * reach + 1 == AROUND {
+            true => L::gather(table, width, function, first + first.constant(4.0)),
+            false => d,
+        };
+        [a, b, c, d, last]
+    }
+
+    /// Those of the map's own texels, as the shader has them.
+    #[cfg(test)]
+    pub fn on_map(&self) -> [Vec<f32>; 2] {
+        [Axis::X, Axis::Y].map(|axis| {
+            let functions = self.places[axis as usize].chunks_exact(self.width(axis));
+            let on_map = functions.map(|function| &function[BORDER..function.len() - BORDER]);
+            on_map.collect::<Vec<_>>().concat()
+        })
+    }
 }
 
 /// The first texel whose centre is not before a place.

@@ -1,13 +1,13 @@
 //! Eight numbers of float32, or of float64, as what formulas are written for.
 
-use super::lanes::{LANES, Simd, f32x8, f64x8, mask32x8, mask64x8};
+use super::lanes::{LANES, Simd, columns, f32x8, f32x16, f64x8, mask32x8, mask64x8};
 use crate::lanes::Lane;
-use fearless_simd::SimdFrom;
+use fearless_simd::prelude::*;
 
 macro_rules! eight_lanes {
     (
         $eight:ident of $scalar:ident, $mask:ident, $splat:ident, $sqrt:ident, $abs:ident, $min:ident, $max:ident,
-        $floor:ident, $less:ident, $at_most:ident, $select:ident, $gather:ident
+        $floor:ident, $less:ident, $at_most:ident, $select:ident, $gather:ident $(, $gather_two:ident, $gather_four:ident)?
     ) => {
         impl<S: Simd> Lane for $eight<S> {
             type Mask = $mask<S>;
@@ -59,6 +59,18 @@ macro_rules! eight_lanes {
                 $gather(table, width, row, column)
             }
 
+            $(
+                #[inline(always)]
+                fn gather_two(table: &[f32], width: usize, row: Self, column: Self) -> [Self; 2] {
+                    $gather_two(table, width, row, column)
+                }
+
+                #[inline(always)]
+                fn gather_four(table: &[f32], width: usize, row: Self, column: Self) -> [Self; 4] {
+                    $gather_four(table, width, row, column)
+                }
+            )?
+
             #[inline(always)]
             fn less(self, other: Self) -> Self::Mask {
                 self.simd.$less(self, other)
@@ -79,27 +91,82 @@ macro_rules! eight_lanes {
 
 eight_lanes!(
     f32x8 of f32, mask32x8, splat_f32x8, sqrt_f32x8, abs_f32x8, min_f32x8, max_f32x8, floor_f32x8, simd_lt_f32x8,
-    simd_le_f32x8, select_f32x8, gathered
+    simd_le_f32x8, select_f32x8, gathered, gathered_two, gathered_four
 );
 eight_lanes!(
     f64x8 of f64, mask64x8, splat_f64x8, sqrt_f64x8, abs_f64x8, min_f64x8, max_f64x8, floor_f64x8, simd_lt_f64x8,
     simd_le_f64x8, select_f64x8, gathered64
 );
 
+/// Where values lie in a table, each with those that follow it: so many.
 #[inline(always)]
-fn gathered<S: Simd>(table: &[f32], width: usize, row: f32x8<S>, column: f32x8<S>) -> f32x8<S> {
+fn places<S: Simd>(
+    (table, width): (&[f32], usize),
+    row: f32x8<S>,
+    column: f32x8<S>,
+    count: usize,
+) -> [u32; LANES] {
     let simd = row.simd;
     let (rows, columns) = (simd.cvt_u32_f32x8(row), simd.cvt_u32_f32x8(column));
     let first_of_row = simd.mul_u32x8(rows, simd.splat_u32x8(width as u32));
     // A lane that nobody asks for may be anywhere.
-    let last = simd.splat_u32x8(table.len() as u32 - 1);
-    let places = simd.min_u32x8(simd.add_u32x8(first_of_row, columns), last);
-    let places: [u32; LANES] = places.into();
+    let last = simd.splat_u32x8((table.len() - count) as u32);
+    simd.min_u32x8(simd.add_u32x8(first_of_row, columns), last)
+        .into()
+}
+
+#[inline(always)]
+fn gathered<S: Simd>(table: &[f32], width: usize, row: f32x8<S>, column: f32x8<S>) -> f32x8<S> {
+    let places = places((table, width), row, column, 1);
     let mut values = [0.0; LANES];
     for (value, place) in values.iter_mut().zip(places) {
         *value = table[place as usize];
     }
     f32x8::simd_from(row.simd, values)
+}
+
+/// A pair is read as one number, of as many bits.
+#[inline(always)]
+fn gathered_two<S: Simd>(
+    table: &[f32],
+    width: usize,
+    row: f32x8<S>,
+    column: f32x8<S>,
+) -> [f32x8<S>; 2] {
+    let places = places((table, width), row, column, 2);
+    let mut pairs = [0.0; LANES];
+    for (pair, place) in pairs.iter_mut().zip(places) {
+        let two: &[f32; 2] = table[place as usize..].first_chunk().expect("two");
+        *pair = bytemuck::cast::<_, f64>(*two);
+    }
+    let pairs: f32x16<S> = f64x8::simd_from(row.simd, pairs).bitcast();
+    let (low, high) = pairs.split();
+    [low.unzip_low(high), low.unzip_high(high)]
+}
+
+#[inline(always)]
+fn gathered_four<S: Simd>(
+    table: &[f32],
+    width: usize,
+    row: f32x8<S>,
+    column: f32x8<S>,
+) -> [f32x8<S>; 4] {
+    let places = places((table, width), row, column, 4);
+    let four =
+        |lane: usize| -> &[f32; 4] { table[places[lane] as usize..].first_chunk().expect("four") };
+    columns(
+        row.simd,
+        [
+            four(0),
+            four(1),
+            four(2),
+            four(3),
+            four(4),
+            four(5),
+            four(6),
+            four(7),
+        ],
+    )
 }
 
 fn gathered64<S: Simd>(table: &[f32], width: usize, row: f64x8<S>, column: f64x8<S>) -> f64x8<S> {
@@ -109,4 +176,54 @@ fn gathered64<S: Simd>(table: &[f32], width: usize, row: f64x8<S>, column: f64x8
         f64::from(table[place.min(table.len() - 1)])
     };
     f64x8::simd_from(row.simd, std::array::from_fn(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::lanes::{dispatch, level, splat};
+    use crate::twin::Random;
+
+    #[test]
+    fn values_that_are_read_together_are_those_that_are_read_alone() {
+        let mut random = Random(1);
+        let (rows, width) = (3, 7);
+        let table: Vec<_> = (0..rows * width).map(|_| random.number()).collect();
+        for count in [2, 4] {
+            for _ in 0..200 {
+                let row: [f32; LANES] = std::array::from_fn(|_| random.below(rows) as f32);
+                let last = width + 1 - count;
+                let column: [f32; LANES] = std::array::from_fn(|_| random.below(last) as f32);
+                let found =
+                    dispatch!(level(), simd => gathered_all(simd, &table, width, row, column));
+                for lane in 0..LANES {
+                    let first = row[lane] as usize * width + column[lane] as usize;
+                    let of_lane = found.each_ref().map(|values| values[lane]);
+                    assert_eq!(of_lane[..2], table[first..first + 2]);
+                    if count == 4 {
+                        assert_eq!(of_lane[2..], table[first..first + 4]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Two that are read together, and four.
+    #[inline(always)]
+    fn gathered_all<S: Simd>(
+        simd: S,
+        table: &[f32],
+        width: usize,
+        row: [f32; LANES],
+        column: [f32; LANES],
+    ) -> [[f32; LANES]; 6] {
+        let (row, column) = (f32x8::simd_from(simd, row), f32x8::simd_from(simd, column));
+        let [a, b] = Lane::gather_two(table, width, row, column);
+        let [c, d, e, f] = Lane::gather_four(table, width, row, column);
+        // Who asks for what is beyond the table gets something of it.
+        let beyond = splat(simd, 1e6);
+        let _: [f32x8<S>; 2] = Lane::gather_two(table, width, beyond, column);
+        let _: [f32x8<S>; 4] = Lane::gather_four(table, width, beyond, column);
+        [a, b, c, d, e, f].map(|values| values.to_array())
+    }
 }

@@ -11,11 +11,12 @@ use super::shapes::Shapes;
 use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCKS, TILE, TILE_PIXELS, Tiling};
 use super::view::{Nearness, View, cube_views};
-use super::warp_map::CpuWarp;
+use super::warp_map::{CpuWarp, WarpMap};
 use crate::lanes::{Each, V2, V3};
 use crate::map_size::MapSize;
 use crate::projection::Projection;
 use crate::sides::Source;
+use crate::warp::Warping;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
@@ -158,13 +159,30 @@ impl<'a> RayTable<'a> {
         let size = self.projection.size();
         let last = [size.width, size.height].map(|texels| splat(simd, texels as f32 - 1.0));
         let mut places = [[0.0; TILE_PIXELS]; 2];
+        let scales = match self.warp {
+            None => DVec2::ONE,
+            Some(_) => size.texels(),
+        };
+        // Most eights are of one function along y.
+        let functions = self.warp.and_then(Warping::functions);
+        let shared: [_; BLOCKS] = std::array::from_fn(|i| {
+            let map = functions?;
+            let columns = x + i * LANES..x + (i + 1) * LANES;
+            let function = map.warp.function_of_columns(&map.inverses, columns)?;
+            Some((map, function))
+        });
         for first in (0..TILE_PIXELS).step_by(LANES) {
             let (column, row) = (x + first % TILE, y + first / TILE);
             let texel = V2::new(numbers(simd) + column as f32, splat(simd, row as f32));
             let texel = V2::new(texel.x.min(last[0]), texel.y.min(last[1]));
-            let (linear, scales) = match self.warp {
-                None => (texel.map(|texel| texel + 0.5), DVec2::ONE),
-                Some(warp) => (warp.linear_from_texel(size, texel), size.texels()),
+            let of_one = shared[first % TILE / LANES].filter(|_| row < size.height as usize);
+            let linear = match (of_one, self.warp) {
+                (Some((WarpMap { warp, inverses }, function)), _) => {
+                    let (x, y) = warp.linear_from_row(inverses, function, [column, row]);
+                    V2::new(f32x8::simd_from(simd, *x), splat(simd, y))
+                }
+                (None, None) => texel.map(|texel| texel + 0.5),
+                (None, Some(warp)) => warp.linear_from_texel(texel),
             };
             let along_axes = [(linear.x, scales.x), (linear.y, scales.y)];
             for (places, (linear, scale)) in places.iter_mut().zip(along_axes) {

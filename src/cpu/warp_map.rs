@@ -4,7 +4,7 @@ use super::importance_map::Words;
 use crate::importance::ImportanceMap;
 use crate::lanes::{Lane, V2};
 use crate::map_size::MapSize;
-use crate::warp::{Axis, CountFit, Warp, Warping, blur_within};
+use crate::warp::{Axis, CountFit, Inverses, Warp, Warping, blur_within};
 use rayon::prelude::*;
 
 /// Of the integers that powers of sums are rounded to, as in the shader.
@@ -17,22 +17,20 @@ const STRIP: usize = 16;
 pub type CpuWarp = Warping<WarpMap>;
 
 impl CpuWarp {
-    /// Linear map coordinates of the centre of a texel of a map.
+    /// Linear map coordinates of the centre of a texel.
     #[inline(always)]
-    pub fn linear_from_texel<L: Lane>(&self, size: MapSize, texel: V2<L>) -> V2<L> {
+    pub fn linear_from_texel<L: Lane>(&self, texel: V2<L>) -> V2<L> {
         match self {
-            Self::Functions(WarpMap { warp, inverses }) => {
-                warp.linear_from_texel(inverses, size, texel)
-            }
+            Self::Functions(WarpMap { warp, inverses }) => warp.linear_from_texel(inverses, texel),
             Self::Samples(samples) => samples.linear_from_texel(texel),
         }
     }
 }
 
-/// A warp, and where each of its functions, along x and along y, takes on the centres of a map's texels.
+/// A warp, and where each of its functions takes on the centres of a map's texels.
 pub struct WarpMap {
     pub warp: Warp,
-    pub inverses: [Vec<f32>; 2],
+    pub inverses: Inverses,
 }
 
 impl WarpMap {
@@ -46,7 +44,7 @@ impl WarpMap {
                 boundaries: cells as usize + 1,
                 values: identity.repeat(2 * functions as usize),
             },
-            inverses: [vec![], vec![]],
+            inverses: Inverses::none(),
         }
     }
 

@@ -50,7 +50,7 @@ fn table(warp: &Warp) -> Vec<f32> {
     };
     [
         warp.values.clone(),
-        warp.inverses(SIZE).concat(),
+        warp.inverses(SIZE).on_map().concat(),
         envelope(f32::min),
         envelope(f32::max),
     ]
@@ -115,7 +115,7 @@ impl Twin for Warp {
         let uv = V2::new(inputs[0], inputs[1]);
         let texel = V2::new(inputs[2], inputs[3]);
         let (warped, functions) = self.warped_from_linear(uv);
-        let linear = self.linear_from_texel(&self.inverses(SIZE), SIZE, texel);
+        let linear = self.linear_from_texel(&self.inverses(SIZE), texel);
         let patch = self.patch_of(functions, SIZE);
         let has = self.has_patches(functions);
         // The side k, or the one opposite where there is no patch.
@@ -211,7 +211,7 @@ fn the_inverse_finds_a_texel_and_its_patch_holds_it() {
     let (size, mut decided) = (SIZE.texels(), 0);
     for i in 0..SIZE.width * SIZE.height {
         let texel = V2::new(f64::from(i % SIZE.width), f64::from(i / SIZE.width));
-        let linear = warp.linear_from_texel(&inverses, SIZE, texel);
+        let linear = warp.linear_from_texel(&inverses, texel);
         let (warped, functions) = warp.warped_from_linear(linear);
         let (x, y) = (warped.x * size.x - 0.5, warped.y * size.y - 0.5);
         let is_near = (x - texel.x).abs() < 0.01 && (y - texel.y).abs() < 0.01;
@@ -227,6 +227,59 @@ fn the_inverse_finds_a_texel_and_its_patch_holds_it() {
         }
     }
     assert!(decided > SIZE.width * SIZE.height / 2, "{decided}");
+}
+
+#[test]
+fn around_a_texel_lie_those_that_its_functions_take_beside_it() {
+    let warp = warp(5, &mut Random(4));
+    let inverses = warp.inverses(SIZE);
+    let on_map = inverses.on_map();
+    let (width, height) = (SIZE.width as usize, SIZE.height as usize);
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let texel = V2::new(x as f32, y as f32);
+        let middle = warp.linear_from_texel(&inverses, texel);
+        let column = (5 * (2 * x + 1) / (2 * width)).min(4);
+        let row = ((5.0 * middle.y) as usize).min(4);
+        for reach in 0..=super::BORDER {
+            let around = warp.linear_around(&inverses, texel, reach);
+            assert_eq!(around[reach], middle);
+            for (i, place) in around.into_iter().enumerate().take(2 * reach + 1) {
+                let at = |texel: usize, last: usize| (texel + i).saturating_sub(reach).min(last);
+                let (x, y) = (at(x, width - 1), at(y, height - 1));
+                let right = [on_map[0][row * width + x], on_map[1][column * height + y]];
+                assert_eq!([place.x, place.y], right, "{texel:?} {reach} {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn texels_of_a_row_that_share_a_function_lie_where_each_does() {
+    let warp = warp(5, &mut Random(5));
+    let inverses = warp.inverses(SIZE);
+    let mut counts = [0; 2];
+    for first in 0..SIZE.width as usize {
+        let columns = first..first + 4;
+        let functions = columns
+            .clone()
+            .map(|x| (5 * (2 * x + 1)) / (2 * SIZE.width as usize));
+        let is_shared =
+            columns.end <= SIZE.width as usize && functions.clone().min() == functions.max();
+        let function = warp.function_of_columns(&inverses, columns);
+        assert_eq!(function.is_some(), is_shared, "{first}");
+        counts[usize::from(is_shared)] += 1;
+        let Some(function) = function else {
+            continue;
+        };
+        for row in 0..SIZE.height as usize {
+            let (x, y) = warp.linear_from_row::<4>(&inverses, function, [first, row]);
+            for (i, &x) in x.iter().enumerate() {
+                let texel = V2::new((first + i) as f32, row as f32);
+                assert_eq!(V2::new(x, y), warp.linear_from_texel(&inverses, texel));
+            }
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 5), "{counts:?}");
 }
 
 const BOUNDS: &str = "
@@ -279,7 +332,7 @@ fn bounds_of_warped_boxes_hold_their_points() {
                 let texel = at.zip(last, |place, last| {
                     (place as f32 * last as f32).floor().into()
                 });
-                let linear = warp.linear_from_texel(&inverses, SIZE, texel);
+                let linear = warp.linear_from_texel(&inverses, texel);
                 assert!(is_in(&found[4..], linear), "{case:?} {found:?} {linear:?}");
             }
         }

@@ -9,11 +9,8 @@ use crate::lanes::{Lane, V2};
 use crate::map_settings::Comparison;
 use crate::neighbourhood::Around;
 use crate::projection::Formulas;
-use crate::warp::Warping;
+use crate::warp::{AROUND, Warping};
 use fearless_simd::prelude::*;
-
-/// Texels along each side of a neighbourhood, at most.
-const MOST: usize = 5;
 
 /// Of the texels around each receiver of a row, a bit for each.
 #[derive(Default)]
@@ -40,10 +37,13 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) -> u32 {
         let comparison = self.layer.comparison;
         let reach = usize::from(comparison.reach);
-        let Some(mut seen) = self.look_around(kind, rule, row, i) else {
+        let is_at_seam = self.is_at_seam(row);
+        let Some(mut seen) = self.look_around(kind, rule, row, i, is_at_seam) else {
             return 0;
         };
-        self.look_across_seams(kind, rule, row, i, &mut seen);
+        if is_at_seam {
+            self.look_across_seams(kind, rule, row, i, &mut seen);
+        }
         let settled = match self.layer.knows_own {
             true => mask_bits(row.on_map & !row.bias.is_edge_on) & !seen.strangers,
             false => 0,
@@ -83,14 +83,23 @@ impl<S: Simd> BlockLookup<'_, S> {
         rule: &Rule<f32x8<S>>,
         row: &RowReceivers<S>,
         i: usize,
+        is_at_seam: bool,
     ) -> Option<Seen> {
         let Comparison {
-            triangles, depths, ..
+            triangles,
+            depths,
+            reach,
+            ..
         } = self.layer.comparison;
         let on_map = mask_bits(row.on_map);
-        let may_agree = triangles && !self.is_at_seam(row);
+        let middles = match depths {
+            true => self.columns_and_rows(row),
+            false => [row.middle; AROUND],
+        };
+        let may_agree = triangles && !is_at_seam;
         let may_be_dark = may_agree && depths && {
-            let step = self.step_to(row, self.linear_middle(row.middle));
+            let own = usize::from(reach) * (self.layer.comparison.side() + 1);
+            let step = self.step_to(row, self.middle_around(row, &middles, own));
             let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
             let is_nearer = Lane::less(self.stored(self.index(row.on_map, row.middle)), depth);
             mask_bits(row.on_map & !is_nearer) == 0
@@ -106,7 +115,7 @@ impl<S: Simd> BlockLookup<'_, S> {
             }
         }
         let seen = match depths {
-            true => self.look_beside(kind, rule, row),
+            true => self.look_beside(kind, rule, row, &middles),
             false => Seen::default(),
         };
         if may_be_dark {
@@ -183,28 +192,40 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.
     #[inline(always)]
-    fn columns_and_rows(&self, row: &RowReceivers<S>) -> [V2<f32x8<S>>; MOST] {
+    fn columns_and_rows(&self, row: &RowReceivers<S>) -> [V2<f32x8<S>>; AROUND] {
         let layer = self.layer;
-        let reach = f32::from(layer.comparison.reach);
-        let mut middles = [row.middle; MOST];
-        let warp = layer.warp.and_then(Warping::functions);
-        let functions = warp.map(|WarpMap { warp, inverses }| {
-            warp.functions_of_texel(inverses, layer.texels, row.middle)
-        });
-        let size = self.v2(layer.size);
-        let side = layer.comparison.side();
+        let reach = layer.comparison.reach;
+        let mut middles = [row.middle; AROUND];
+        let functions = layer.warp.and_then(Warping::functions);
+        if let Some(WarpMap { warp, inverses }) = functions {
+            middles = warp.linear_around(inverses, row.middle, reach.into());
+        }
+        let (size, side) = (self.v2(layer.size), layer.comparison.side());
         for (i, middle) in middles.iter_mut().enumerate().take(side) {
-            let texel = row.middle.map(|texel| texel + (i as f32 - reach));
-            *middle = match (warp, functions) {
-                (Some(WarpMap { warp, inverses }), Some(functions)) => {
-                    let texel = self.nearest_on_map(texel);
-                    let linear = warp.linear_by_functions(inverses, layer.texels, functions, texel);
-                    linear.zip(size, |v, size| v * size)
-                }
-                _ => texel.map(|texel| texel + 0.5),
+            *middle = match functions {
+                Some(_) => middle.zip(size, |v, size| v * size),
+                None => middle.map(|texel| texel + (i as f32 - f32::from(reach)) + 0.5),
             };
         }
         middles
+    }
+
+    /// The middle of one of the texels around before the warp, in texels.
+    #[inline(always)]
+    fn middle_around(
+        &self,
+        row: &RowReceivers<S>,
+        middles: &[V2<f32x8<S>>; AROUND],
+        k: usize,
+    ) -> V2<f32x8<S>> {
+        let side = self.layer.comparison.side();
+        match self.layer.warp {
+            // Its texels do not lie in columns and rows before the warp.
+            Some(Warping::Samples(_)) => {
+                self.linear_middle(self.nearest_on_map(self.texel_around(row, k)))
+            }
+            _ => V2::new(middles[k % side].x, middles[k / side].y),
+        }
     }
 
     /// The receivers' own texels and those beside them that are of the same patch.
@@ -214,22 +235,15 @@ impl<S: Simd> BlockLookup<'_, S> {
         kind: &impl Formulas<f32x8<S>>,
         rule: &Rule<f32x8<S>>,
         row: &RowReceivers<S>,
+        middles: &[V2<f32x8<S>>; AROUND],
     ) -> Seen {
         let simd = self.simd;
         let side = self.layer.comparison.side();
-        let middles = self.columns_and_rows(row);
         let empty = u32x8::simd_from(simd, 0);
         let (mut texels, mut nearer) = (empty, empty);
         for k in 0..side * side {
             let (index, is_beside) = self.texel_beside(row, k);
-            let middle = match self.layer.warp {
-                // Its texels do not lie in columns and rows before the warp.
-                Some(Warping::Samples(_)) => {
-                    self.linear_middle(self.nearest_on_map(self.texel_around(row, k)))
-                }
-                _ => V2::new(middles[k % side].x, middles[k / side].y),
-            };
-            let step = self.step_to(row, middle);
+            let step = self.step_to(row, self.middle_around(row, middles, k));
             let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
             let is_nearer = Lane::less(self.stored(index), depth);
             let is_before = row.plane.is_before_surface(kind, &row.bias, step);
@@ -247,30 +261,36 @@ impl<S: Simd> BlockLookup<'_, S> {
         }
     }
 
-    /// The texels around a receiver that hold a triangle which follows itself along the row, or begins the row before;
-    /// and the triangle that was seen last.
+    /// See `known_texels`.
     #[inline(always)]
     pub(super) fn known_texels(&self, i: usize, lane: usize) -> (u32, u32) {
         let side = self.layer.comparison.side();
-        let mut known = 0;
-        let (mut previous, mut first_of_row) = (NONE, NONE);
-        for y in 0..side {
-            let above = first_of_row;
-            for x in 0..side {
-                let place = y * side + x;
-                let id = self.work.ids[i][place][lane];
-                if id == OFF_MAP {
-                    continue;
-                }
-                known |= u32::from(id == previous || id == above) << place;
-                previous = id;
-                if x == 0 {
-                    first_of_row = id;
-                }
+        known_texels(side, |place| self.work.ids[i][place][lane])
+    }
+}
+
+/// The texels around a receiver, so many on each side, that hold a triangle which follows itself along the row, or begins the
+/// row before: it is wider than a texel, or higher. And the triangle that was seen last.
+#[inline(always)]
+fn known_texels(side: usize, triangle_at: impl Fn(usize) -> u32) -> (u32, u32) {
+    let mut known = 0;
+    let (mut previous, mut first_of_row) = (NONE, NONE);
+    for y in 0..side {
+        let above = first_of_row;
+        for x in 0..side {
+            let place = y * side + x;
+            let id = triangle_at(place);
+            if id == OFF_MAP {
+                continue;
+            }
+            known |= u32::from(id == previous || id == above) << place;
+            previous = id;
+            if x == 0 {
+                first_of_row = id;
             }
         }
-        (known, previous)
     }
+    (known, previous)
 }
 
 #[inline(always)]

@@ -185,6 +185,7 @@ fn answer_tile<S: Simd>(
                         pixel,
                         normals,
                         work: &mut work,
+                        patch: None,
                         lit: &mut lit,
                     });
                 }
@@ -227,8 +228,13 @@ struct BlockLookup<'a, S: Simd> {
     pixel: (usize, usize),
     normals: &'a mut KnownNormals,
     work: &'a mut Work<S>,
+    /// The patches of the receivers of the last row, and the functions that are theirs.
+    patch: Option<Patch<S>>,
     lit: &'a mut [[f32; LANES]; BLOCK],
 }
+
+/// Functions of rows and of columns; first and last texel of their patches.
+type Patch<S> = (V2<f32x8<S>>, [V2<f32x8<S>>; 2]);
 
 /// Eight receivers in a layer.
 struct RowReceivers<S: Simd> {
@@ -364,7 +370,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         match self.layer.warp {
             None => texel + V2::splat(splat(self.simd, 0.5)),
             Some(warp) => {
-                let linear = warp.linear_from_texel(self.layer.texels, texel);
+                let linear = warp.linear_from_texel(texel);
                 linear.zip(self.v2(self.layer.size), |v, size| v * size)
             }
         }

@@ -6,7 +6,7 @@ use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2, V3};
 use crate::projection::Formulas;
-use crate::warp::Warping;
+use crate::warp::{Warp, Warping};
 use fearless_simd::prelude::*;
 
 impl<S: Simd> BlockLookup<'_, S> {
@@ -63,7 +63,7 @@ impl<S: Simd> BlockLookup<'_, S> {
                 row.place = warped.zip(size, |warped, size| warped * size);
                 row.functions = functions;
                 if warp.functions > 1 {
-                    row.patch = warp.patch_of(functions, self.layer.texels);
+                    row.patch = self.patch_of(warp, functions, mask);
                 }
             }
             Some(Warping::Samples(samples)) => {
@@ -89,6 +89,25 @@ impl<S: Simd> BlockLookup<'_, S> {
             self.ask_across(&mut row, whole - within);
         }
         row
+    }
+
+    /// The patches that receivers lie in. Neighbours mostly lie in the same ones.
+    #[inline(always)]
+    fn patch_of(
+        &mut self,
+        warp: &Warp,
+        functions: V2<f32x8<S>>,
+        mask: mask32x8<S>,
+    ) -> [V2<f32x8<S>>; 2] {
+        if let Some((known, patch)) = self.patch {
+            let is_known = functions.x.simd_eq(known.x) & functions.y.simd_eq(known.y);
+            if mask_bits(mask & !is_known) == 0 {
+                return patch;
+            }
+        }
+        let patch = warp.patch_of(functions, self.layer.texels);
+        self.patch = Some((functions, patch));
+        patch
     }
 
     /// Alone, a texel may lie on the inner side of an edge-on surface: then the one across the seam is asked.

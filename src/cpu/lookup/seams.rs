@@ -37,9 +37,6 @@ impl<S: Simd> BlockLookup<'_, S> {
         seen: &mut Seen,
     ) {
         let reach = i32::from(self.layer.comparison.reach);
-        if reach == 0 || self.tearing_warp().is_none() {
-            return;
-        }
         let WarpMap { warp, .. } = self.tearing_warp().expect("it tears the map");
         let zero = splat(self.simd, 0.0);
         let outside = texels_outside(row.patch, row.middle, splat(self.simd, reach as f32));

@@ -78,7 +78,7 @@ fn the_shader_inverts_functions_as_rust_does() {
             values: functions(count, cells, width as usize, &mut random),
         };
         let [along_x, along_y, least, greatest] = finished(&warp, size);
-        let expected = warp.inverses(size);
+        let expected = warp.inverses(size).on_map();
         let axes = warp.values.chunks(count * warp.boundaries);
         let axes = axes.zip([width as usize, height as usize]);
         for ((found, expected), (values, texels)) in
