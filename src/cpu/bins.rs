@@ -6,6 +6,7 @@ use super::lanes::{
 use super::shapes::Corners;
 use super::tiles::{TILE, Tiling, share_jobs};
 use super::view::{Place, Planes, View};
+use crate::lanes::Each;
 use crate::scene::Scene;
 use fearless_simd::prelude::*;
 use glam::DVec2;
@@ -37,7 +38,39 @@ pub struct Bin {
 }
 
 /// For each thread what it found for each tile.
-pub type Bins = Vec<Vec<Bin>>;
+pub type Bins<B = Bin> = Vec<Vec<B>>;
+
+/// What triangles of a tile are put into.
+pub trait TileBin: Default + Send {
+    /// By how much of what rounding may have moved a corner by a triangle's box is wider; `None`: boxes are not asked for.
+    const ROOM: Option<f32>;
+
+    /// Least and greatest column, least and greatest row are those of its box.
+    fn push(&mut self, id: u32, kind: InTile, sides: [f32; 4]);
+}
+
+/// How a triangle is in a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InTile {
+    /// In no other tile, and float32 knows its corners well.
+    Own,
+    /// In others, too.
+    Shared,
+    /// Set up in float64.
+    Wide,
+}
+
+impl TileBin for Bin {
+    const ROOM: Option<f32> = None;
+
+    #[inline(always)]
+    fn push(&mut self, id: u32, kind: InTile, _: [f32; 4]) {
+        match kind {
+            InTile::Own | InTile::Shared => self.near.push(id),
+            InTile::Wide => self.wide.push(id),
+        }
+    }
+}
 
 /// Which tiles of a view are drawn, each with a bin.
 pub trait DrawnTiles: Sync {
@@ -86,24 +119,24 @@ impl DrawnTiles for Tiling {
 }
 
 /// Sorts the triangles of a scene into the tiles that are drawn.
-pub fn bins<T: DrawnTiles>(
+pub fn bins<T: DrawnTiles, B: TileBin>(
     view: &View,
     (tiling, drawn): (Tiling, &T),
     scene: &Scene,
     places: &[Place],
     cover: Cover,
-) -> Bins {
+) -> Bins<B> {
     bins_among(view, (tiling, drawn), (scene, None), places, cover)
 }
 
 /// The same of some triangles of a scene, or of all.
-pub fn bins_among<T: DrawnTiles>(
+pub fn bins_among<T: DrawnTiles, B: TileBin>(
     view: &View,
     (tiling, drawn): (Tiling, &T),
     (scene, among): (&Scene, Option<&[u32]>),
     places: &[Place],
     cover: Cover,
-) -> Bins {
+) -> Bins<B> {
     let sorter = Sorter {
         view,
         tiling,
@@ -113,8 +146,8 @@ pub fn bins_among<T: DrawnTiles>(
         places,
         cover,
     };
-    let of_thread = || (0..drawn.bins()).map(|_| Bin::default()).collect();
-    let mut bins: Bins = (0..rayon::current_num_threads())
+    let of_thread = || (0..drawn.bins()).map(|_| B::default()).collect();
+    let mut bins: Bins<B> = (0..rayon::current_num_threads())
         .map(|_| of_thread())
         .collect();
     let count = among.map_or(scene.triangles().len(), <[u32]>::len);
@@ -183,7 +216,7 @@ struct Sorter<'a, T> {
 
 impl<T: DrawnTiles> Sorter<'_, T> {
     #[inline(always)]
-    fn sort<S: Simd>(&self, simd: S, range: Range<usize>, bins: &mut [Bin]) {
+    fn sort<S: Simd, B: TileBin>(&self, simd: S, range: Range<usize>, bins: &mut [B]) {
         let Self { view, tiling, .. } = self;
         let zero = splat(simd, 0.0);
         let last_x = splat(simd, tiling.width as f32 - 1.0);
@@ -228,6 +261,12 @@ impl<T: DrawnTiles> Sorter<'_, T> {
                 continue;
             }
             let wide = corners.wide(simd, view) | mask_bits(leaves_range);
+            let mut boxes = [[0.0; LANES]; 4];
+            if let Some(room) = B::ROOM {
+                let out_of_reach = corners.out_of_reach(simd, view);
+                let found = corners.boxes(simd, out_of_reach, room * rounding);
+                boxes = found.each(|side| side.to_array());
+            }
             let passes = mask_bits(passes_origin);
             let tile = |pixel: f32x8<S>| (pixel * (1.0 / TILE as f32)).floor();
             let (x0, x1) = (tile(first_x), tile(end_x));
@@ -237,7 +276,8 @@ impl<T: DrawnTiles> Sorter<'_, T> {
             let first = indices(simd, first);
             for lane in bits(seen & is_in_one) {
                 if let Some(bin) = self.drawn.bin(first[lane] as usize) {
-                    bins[bin].near.push(ids[lane]);
+                    let sides = boxes.each(|side| side[lane]);
+                    bins[bin].push(ids[lane], InTile::Own, sides);
                 }
             }
             let ranges = [x0, x1, y0, y1];
@@ -251,15 +291,12 @@ impl<T: DrawnTiles> Sorter<'_, T> {
                     _ if self.view.lies_beside(self.scene, id) => continue,
                     _ => [0, tiling.columns - 1, 0, tiling.rows - 1],
                 };
-                let is_wide = wide >> lane & 1 != 0;
-                self.touched(id, tiles, |tile| {
-                    let bin = &mut bins[tile];
-                    let list = match is_wide {
-                        true => &mut bin.wide,
-                        false => &mut bin.near,
-                    };
-                    list.push(id);
-                });
+                let kind = match wide >> lane & 1 {
+                    0 => InTile::Shared,
+                    _ => InTile::Wide,
+                };
+                let sides = boxes.each(|side| side[lane]);
+                self.touched(id, tiles, |tile| bins[tile].push(id, kind, sides));
             }
         }
     }

@@ -5,7 +5,6 @@ use super::lanes::{LANES, Simd, dispatch, f32x16, f64x8, level};
 use super::light_grid::{CELL, GRID, LightGrid};
 use super::light_space::LightSpace;
 use super::rasterize::{NONE, Painter, rasterize};
-use super::ray_bins::ray_bins;
 use super::receivers::{
     BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, faces_around,
 };
@@ -180,13 +179,12 @@ fn texels_whose_rays_an_edge_nearly_passes_are_right() {
         }
         let known = view.places(&scene);
         let (painter, bins) = Painter::new(&view, &scene, &known, Cover::Whole);
-        let bins = ray_bins(&painter, &bins);
         let mut rays = TileRays::new();
         let (mut ids, mut nearness) = ([NONE; TILE_PIXELS], [f32::NEG_INFINITY; TILE_PIXELS]);
         let inside = Taken::inside((0, 0), (TILE, TILE));
         dispatch!(level(), simd => {
             rays.set(simd, &places, &inside);
-            painter.draw_at_rays(simd, &bins, &rays, (&mut ids, &mut nearness));
+            painter.draw_at_rays(simd, &bins, &rays, (&mut ids, &mut nearness), false);
         });
         for (texel, &id) in ids.iter().enumerate() {
             let at = rays.origin() + rays.offset(texel);

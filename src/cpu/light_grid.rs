@@ -3,7 +3,7 @@
 //! The dual of an irregular z-buffer (Johnson et al., "The irregular Z-buffer", ACM TOG 24(4), 2005): there
 //! receivers are listed in the light's texels, here triangles are, and receivers stay in the image's order.
 
-use super::bins::{Bin, Cover, bins_among, eights, ids_at, triangles_of};
+use super::bins::{Bin, Bins, Cover, bins_among, eights, ids_at, triangles_of};
 use super::crowds::{Crowds, MANY_SMALL, MOST_DEPTH};
 use super::lanes::{
     LANES, Simd, bits, dispatch, f32x8, greatest, greatest_of, indices, least, least_of, level,
@@ -210,7 +210,7 @@ impl LightGrid {
     ) -> Self {
         let tiling = Tiling::new(view.width, view.height);
         let among = (scene, triangles);
-        let bins = bins_among(&view, (tiling, &tiling), among, &places, Cover::Whole);
+        let bins: Bins = bins_among(&view, (tiling, &tiling), among, &places, Cover::Whole);
         let listing = Listing {
             view: &view,
             scene,

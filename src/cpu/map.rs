@@ -8,7 +8,7 @@ use super::lanes::{
 use super::linear_map::drawn_linear;
 use super::pages::table::PageTable;
 use super::rasterize::{Image, NONE, Painter};
-use super::ray_bins::{RayBin, ray_bins};
+use super::ray_bins::RayBins;
 use super::rays::RayTable;
 use super::receivers::splat64;
 use super::tessellate::Piece;
@@ -161,12 +161,10 @@ fn drawn(MapView { view, places }: &MapView, scene: &Scene, depths: &Depths) -> 
 }
 
 fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayTable) -> Texels {
-    let painters = views.iter().map(|MapView { view, places }| {
-        let (painter, bins) = Painter::new(view, scene, places, Cover::Whole);
-        let bins = ray_bins(&painter, &bins);
-        (painter, bins)
-    });
-    let painters: Vec<_> = painters.collect();
+    let painters: Vec<(_, RayBins)> = views
+        .iter()
+        .map(|MapView { view, places }| Painter::new(view, scene, places, Cover::Whole))
+        .collect();
     // Faces of a cube have a size of their own.
     let tiling = table.tiling();
     drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
@@ -273,17 +271,24 @@ impl Depths {
     fn draw_at_rays<S: Simd>(
         &self,
         simd: S,
-        (painter, bins): (&Painter, &[RayBin]),
+        (painter, bins): (&Painter, &RayBins),
         rays: &TileRays,
         taken: &Taken,
         (ids, texels): (&mut [u32], &mut [f32; TILE_PIXELS]),
     ) {
+        if taken.is_all() {
+            texels.fill(f32::NEG_INFINITY);
+            painter.draw_at_rays(simd, bins, rays, (&mut *ids, &mut *texels), false);
+            self.store(simd, painter, Rays::Table(rays), (ids, texels));
+            return;
+        }
         let (mut own_ids, mut nearness) = ([NONE; TILE_PIXELS], [0.0; TILE_PIXELS]);
         let (open, closed) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
         for (nearness, mask) in nearness.chunks_exact_mut(LANES).zip(taken.masks(simd)) {
             mask.select(open, closed).store_slice(nearness);
         }
-        painter.draw_at_rays(simd, bins, rays, (&mut own_ids, &mut nearness));
+        let own = (&mut own_ids[..], &mut nearness);
+        painter.draw_at_rays(simd, bins, rays, own, true);
         self.store(
             simd,
             painter,

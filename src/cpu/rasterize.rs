@@ -4,7 +4,7 @@
 //! tested eight at once. Of an edge or a depth that float32 cannot tell, float64 decides at that pixel, so that the
 //! image does not depend on the order of the triangles.
 
-use super::bins::{Bin, Bins, Cover, bins, eights, ids_at, triangles_of};
+use super::bins::{Bin, Bins, Cover, TileBin, bins, eights, ids_at, triangles_of};
 use super::holes::Holes;
 use super::lanes::{
     EPSILON, LANES, Simd, bits, dispatch, f32x8, indices, least, level, mask_bits, mask32x8,
@@ -159,12 +159,12 @@ pub struct Tile<'a> {
 }
 
 impl<'p> Painter<'p> {
-    pub fn new(
+    pub fn new<B: TileBin>(
         view: &'p View,
         scene: &'p Scene,
         places: &'p [Place],
         cover: Cover,
-    ) -> (Self, Bins) {
+    ) -> (Self, Bins<B>) {
         let tiling = Tiling::new(view.width, view.height);
         let painter = Self {
             view,

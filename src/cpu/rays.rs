@@ -6,7 +6,7 @@
 use super::bins::{eights, ids_at};
 use super::lanes::{LANES, Simd, bits, f32x8, f64x8, mask_bits, numbers, splat};
 use super::rasterize::{Painter, Tile};
-use super::ray_bins::RayBin;
+use super::ray_bins::RayBins;
 use super::shapes::Shapes;
 use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCKS, TILE, TILE_PIXELS, Tiling};
@@ -20,20 +20,27 @@ use crate::warp::Warping;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
+/// Blocks in a row, and rows of them, that the box of a triangle meets, together, at most: of more those are left out that
+/// the triangle does not touch.
+const MAX_BLOCKS_UNTESTED: u32 = 3;
+
 impl Painter<'_> {
     /// Draws the triangles of bins at rays into the texels that are open: what is held there is `-INFINITY`, elsewhere
-    /// `INFINITY`.
+    /// `INFINITY`. `has_closed`: whether some are not.
     #[inline(always)]
     pub fn draw_at_rays<S: Simd>(
         &self,
         simd: S,
-        bins: &[RayBin],
+        bins: &RayBins,
         rays: &TileRays,
         (ids, nearness): (&mut [u32], &mut [f32; TILE_PIXELS]),
+        has_closed: bool,
     ) {
         let mut tile = Tile::new(self.view, self.scene, (0, 0), (ids, nearness));
         tile.rays = Some(rays);
-        tile.find_farthest(simd);
+        if has_closed {
+            tile.find_farthest(simd);
+        }
         let (near, wide) = self.near_rays(simd, bins, rays);
         let rounding = 2.0 * self.view.rounding();
         for (list, is_wide) in [(&near, false), (&wide, true)] {
@@ -79,15 +86,22 @@ impl Tile<'_> {
         self.find_holes(id);
         self.room = self.room.max(shapes.rounding[lane]);
         let room = shapes.rounding[lane] + self.room;
-        for by in bits(rays.rows_of_box(simd, sides)) {
+        let block_rows = rays.rows_of_box(simd, sides);
+        for by in bits(block_rows) {
             let farthest = f32x8::from_slice(simd, &self.farthest[by * BLOCKS..][..LANES]);
             let near = farthest.simd_le(splat(simd, shapes.high[lane] + room));
             let met = mask_bits(near) & rays.blocks_of_box(simd, by, sides);
             if met == 0 {
                 continue;
             }
-            let (touched, covered, nearest) = rays.blocks(simd, (shapes, lane), by);
-            let blocks = met & touched & mask_bits(farthest.simd_le(nearest + room));
+            let (mut blocks, mut covered) = (met, 0);
+            // In few blocks it is sooner drawn than tested against them.
+            if met.count_ones() + block_rows.count_ones() > MAX_BLOCKS_UNTESTED {
+                let found = rays.blocks(simd, (shapes, lane), by);
+                let (touched, nearest) = (found.0, found.2);
+                blocks &= touched & mask_bits(farthest.simd_le(nearest + room));
+                covered = found.1;
+            }
             for bx in bits(blocks) {
                 let shape = (shapes, lane, covered >> bx & 1 != 0);
                 let rows = rays.rows_of_block(simd, (bx, by), sides);

@@ -43,6 +43,10 @@ impl Taken {
         self.0[texel / LANES] |= 1 << (texel % LANES);
     }
 
+    pub fn is_all(&self) -> bool {
+        self.0 == [u8::MAX; EIGHTS]
+    }
+
     pub fn has(&self, texel: usize) -> bool {
         self.0[texel / LANES] >> (texel % LANES) & 1 != 0
     }
