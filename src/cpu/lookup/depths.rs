@@ -297,3 +297,30 @@ fn known_texels(side: usize, triangle_at: impl Fn(usize) -> u32) -> (u32, u32) {
 fn is_within<S: Simd>(texel: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> mask32x8<S> {
     Lane::at_most(low, texel) & Lane::at_most(texel, high)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known(texels: [u32; 9]) -> u32 {
+        known_texels(3, |place| texels[place]).0
+    }
+
+    #[test]
+    fn a_triangle_of_several_texels_is_known_whichever_way_it_reaches() {
+        // Along rows, along columns, and each of one texel.
+        assert_eq!(known([1, 1, 1, 2, 2, 2, 3, 3, 3]), 0b110_110_110);
+        assert_eq!(known([1, 2, 3, 1, 2, 3, 1, 2, 3]), 0b001_001_000);
+        assert_eq!(known([1, 2, 3, 4, 5, 6, 7, 8, 9]), 0);
+        // From the end of a row to the next, and aslant.
+        assert_eq!(known([1, 2, 3, 3, 5, 6, 7, 8, 9]), 0b000_001_000);
+        assert_eq!(known([1, 2, 3, 4, 1, 6, 7, 8, 4]), 0b100_010_000);
+    }
+
+    #[test]
+    fn texels_beside_the_map_hold_no_triangle_that_is_known() {
+        let off = OFF_MAP;
+        assert_eq!(known([off, off, off, 1, off, 1, 1, 2, 3]), 0b001_100_000);
+        assert_eq!(known_texels(3, |_| off), (0, NONE));
+    }
+}

@@ -20,6 +20,7 @@ MOMENTS = ("pytest", "tests/test_filtered_maps.py", "-k", "float64 or mips_answe
 MIPS = ("cargo", "--lib", "filtered_texels")
 MOMENTS_IN_RUST = ("cargo", "--lib", "moments")
 BIASES_IN_RUST = ("cargo", "--lib", "bias")
+KNOWN = ("cargo", "--lib", "lookup::depths")
 STAIRS = ("pytest", "tests/test_revectorized.py", "-k", "middles_of_steps")
 
 LOOKUP = "shaders/lookup.wgsl"
@@ -93,6 +94,10 @@ MUTANTS = (
         "auto lookup", "no triangle is in two texels, on the CPU", CPU_DEPTHS,
         "u32::from(id == previous || id == above)", "u32::from(id == previous && id == NONE)",
         LOOKUPS,
+    ),
+    Mutant(
+        "auto lookup", "no triangle is higher than a texel, on the CPU", CPU_DEPTHS,
+        "u32::from(id == previous || id == above)", "u32::from(id == previous)", KNOWN,
     ),
     Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP_BIAS,
