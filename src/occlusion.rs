@@ -48,10 +48,27 @@ impl<'a> ReceiverRay<'a> {
         pixel: u32,
         triangle: u32,
     ) -> Self {
+        let normal = Self::normal(scene, camera.eye, triangle);
+        Self::along((scene, camera), light, pixel, triangle, normal)
+    }
+
+    /// The unit normal of a triangle, as it is found from an eye.
+    pub fn normal(scene: &Scene, eye: DVec3, triangle: u32) -> DVec3 {
+        let [a, b, c] = scene.corners(triangle).map(|corner| corner - eye);
+        unit_normal(a, b, c)
+    }
+
+    /// The same as `new` where the triangle's normal is known.
+    pub fn along(
+        (scene, camera): (&'a Scene, &Camera),
+        light: &Light,
+        pixel: u32,
+        triangle: u32,
+        normal: DVec3,
+    ) -> Self {
         let eye = camera.eye;
         let (start, ray) = camera.ray_from_pixel(pixel % camera.width, pixel / camera.width);
         let corners = scene.corners(triangle).map(|corner| corner - eye);
-        let normal = unit_normal(corners[0], corners[1], corners[2]);
         let from_start = corners.map(|corner| corner - start);
         let point = start + ray * (normal.dot(nearest(from_start)) / normal.dot(ray));
         let margin = FLOAT64_ROUNDING * point.length();

@@ -225,7 +225,7 @@ impl Tests<'_> {
                 let group = &cell.groups[head.ids[place] as usize];
                 let met = group.meets(simd, in_cell.sides, in_cell.limit);
                 if met != 0 {
-                    let known = known.get(simd, self.scene, seen.grid, group, in_cell);
+                    let known = known.get(simd, self.scene, seen.grid, group, in_cell.origin);
                     self.test_group(simd, seen, (group, known), met, in_cell);
                     if in_cell.limit == f32::INFINITY {
                         return;
@@ -320,9 +320,12 @@ impl Tests<'_> {
 /// What a thread keeps from block to block.
 #[derive(Default)]
 pub struct Known {
-    planes: KnownPlanes,
-    shapes: KnownShapes,
+    pub planes: KnownPlanes,
+    pub shapes: KnownShapes,
 }
+
+/// How far from the middle of a cell shapes are asked for: footprints of pixels reach beyond the cell.
+const SHAPES_REACH: f32 = 1.5 * CELL as f32;
 
 /// Groups whose shapes are kept at hand.
 const KNOWN_GROUPS: usize = 128;
@@ -357,6 +360,22 @@ impl Default for KnownShapes {
 }
 
 impl KnownShapes {
+    /// Those of a group that a cell around an origin holds, and which of `met` are seen at all.
+    #[inline(always)]
+    pub fn of_group<S: Simd>(
+        &mut self,
+        simd: S,
+        (scene, grid): (&Scene, &LightGrid),
+        (group, met): (&Group, u32),
+        origin: [f32; 2],
+    ) -> (&Shapes, u32) {
+        let known = self.get(simd, scene, grid, group, origin);
+        for lane in bits(met & known.unset) {
+            known.set_wide(lane, scene, grid, group.ids[lane], origin);
+        }
+        (&known.shapes, met & !known.unseen)
+    }
+
     #[inline(always)]
     fn get<S: Simd>(
         &mut self,
@@ -364,18 +383,18 @@ impl KnownShapes {
         scene: &Scene,
         grid: &LightGrid,
         group: &Group,
-        in_cell: &InCell<S>,
+        origin: [f32; 2],
     ) -> &mut KnownGroup {
         let address = std::ptr::from_ref(group).addr();
         let known = &mut self.0[address / size_of::<Group>() % KNOWN_GROUPS];
-        if known.address != address || known.origin != in_cell.origin {
+        if known.address != address || known.origin != origin {
             let triangles = triangles_of(scene, group.ids);
             let corners = Corners::new(simd, &grid.places, triangles);
-            (known.address, known.origin) = (address, in_cell.origin);
+            (known.address, known.origin) = (address, origin);
             known.unset = corners.wide(simd, &grid.view);
             known.unseen = 0;
-            let corners = corners.relative_to(in_cell.origin);
-            known.shapes = Shapes::new(simd, &corners, grid.view.rounding(), CELL as f32);
+            let corners = corners.relative_to(origin);
+            known.shapes = Shapes::new(simd, &corners, grid.view.rounding(), SHAPES_REACH);
         }
         known
     }
@@ -393,7 +412,7 @@ impl KnownGroup {
         [u, v]: [f32; 2],
     ) {
         let origin = DVec2::new(f64::from(u), f64::from(v));
-        let (side, rounding) = (CELL as f64, grid.view.rounding());
+        let (side, rounding) = (f64::from(SHAPES_REACH), grid.view.rounding());
         let (shapes, seen) = (&mut self.shapes, (&grid.view, scene));
         self.unset &= !(1 << lane);
         if !shapes.set_wide(lane, seen, id, origin, side, rounding) {

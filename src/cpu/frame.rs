@@ -253,7 +253,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-fn check_image(camera: &Camera) -> Result<()> {
+pub(super) fn check_image(camera: &Camera) -> Result<()> {
     check_size("image size", [camera.width, camera.height])
 }
 

@@ -31,9 +31,9 @@ pub struct Receivers<'a> {
     /// The light's position, or the way to it.
     pub light_at: DVec3,
     /// Places one unit ahead on the camera's rays: of the middle of the first pixel, and what a column and a row add.
-    first: DVec3,
-    column: DVec3,
-    row: DVec3,
+    pub first: DVec3,
+    pub column: DVec3,
+    pub row: DVec3,
 }
 
 /// Planes of triangles that were asked for before, each at the rest of its number by theirs.
@@ -172,7 +172,7 @@ impl<'a> Receivers<'a> {
 
     /// Finds the planes that a block needs.
     #[inline(always)]
-    fn learn<S: Simd>(
+    pub fn learn<S: Simd>(
         &self,
         simd: S,
         block: &BlockReceivers<S>,
@@ -296,18 +296,7 @@ impl<'a> Receivers<'a> {
             let at_row = self.first + self.row * (y + i) as f64;
             let ray = [0, 1, 2]
                 .each(|k| columns.mul_add(splat64(simd, self.column[k]), splat64(simd, at_row[k])));
-            let point = match self.camera.rays {
-                Rays::Perspective => {
-                    let along = row_dot(ray, normal);
-                    let depth = height / along;
-                    ray.each(|ray| ray * depth)
-                }
-                Rays::Orthographic => {
-                    let forward = self.camera.forward.to_array().each(|v| splat64(simd, v));
-                    let further = (height - row_dot(ray, normal)) / row_dot(forward, normal);
-                    [0, 1, 2].each(|k| forward[k].mul_add(further, ray[k]))
-                }
-            };
+            let point = self.points(simd, ray, normal, height);
             block.points[i] = point;
             block.facing[i] = facing & in_cone(simd, self.light.cone(), self.light_at, &point);
             has_any |= block.facing[i] != 0;
@@ -315,9 +304,32 @@ impl<'a> Receivers<'a> {
         has_any
     }
 
+    /// Where rays, by their places one unit ahead, meet planes.
+    #[inline(always)]
+    pub fn points<S: Simd>(
+        &self,
+        simd: S,
+        ray: [f64x8<S>; 3],
+        normal: [f64x8<S>; 3],
+        height: f64x8<S>,
+    ) -> [f64x8<S>; 3] {
+        match self.camera.rays {
+            Rays::Perspective => {
+                let along = row_dot(ray, normal);
+                let depth = height / along;
+                ray.each(|ray| ray * depth)
+            }
+            Rays::Orthographic => {
+                let forward = self.camera.forward.to_array().each(|v| splat64(simd, v));
+                let further = (height - row_dot(ray, normal)) / row_dot(forward, normal);
+                [0, 1, 2].each(|k| forward[k].mul_add(further, ray[k]))
+            }
+        }
+    }
+
     /// Normals and heights of the planes of a row, and which of them face the light; `None`: not one.
     #[inline(always)]
-    fn planes_of_row<S: Simd>(
+    pub fn planes_of_row<S: Simd>(
         &self,
         simd: S,
         block: &BlockReceivers<S>,
@@ -426,10 +438,10 @@ pub fn masks_of_views<S: Simd>(
 
 /// A view whose points are relative to an eye.
 pub struct ViewFromEye {
-    rows: [DVec4; 3],
-    nearness: Nearness,
+    pub rows: [DVec4; 3],
+    pub nearness: Nearness,
     /// Whether `w` is 1 everywhere.
-    is_parallel: bool,
+    pub is_parallel: bool,
 }
 
 impl ViewFromEye {
@@ -488,7 +500,7 @@ pub fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
 
 /// The same, rounded less often.
 #[inline(always)]
-fn row_dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
+pub fn row_dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
