@@ -34,6 +34,7 @@ pub mod rasterize;
 mod ray_bins;
 mod rays;
 mod receivers;
+pub mod samples;
 mod shadow_edge;
 mod shadow_rays;
 mod shadow_volumes;

@@ -4,6 +4,7 @@
 mod frames;
 mod parameters;
 mod points;
+mod samples;
 mod warps;
 mod world;
 
@@ -310,6 +311,7 @@ fn _core(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(facing, module)?)?;
     module.add_function(wrap_pyfunction!(reference_of_image, module)?)?;
     module.add_function(wrap_pyfunction!(points::shadows_at, module)?)?;
+    module.add_function(wrap_pyfunction!(samples::count_samples, module)?)?;
     module.add_function(wrap_pyfunction!(warps::sampled_points, module)?)?;
     module.add_function(wrap_pyfunction!(brute_force, module)?)?;
     module.add_function(wrap_pyfunction!(adapters, module)?)?;

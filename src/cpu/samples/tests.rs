@@ -1,0 +1,278 @@
+//! Samples against frames of moved cameras, and footprints against points in float64.
+
+use super::super::exact::exact;
+use super::super::lanes::{Simd, dispatch, f32x16, level};
+use super::super::light_grid::{CELL, GRID};
+use super::super::rasterize::{NONE, rasterize};
+use super::super::shapes::{Corners, Shapes};
+use super::super::view::Nearness;
+use super::draw::{DrawnSamples, SampledTile};
+use super::*;
+use crate::camera::Rays;
+use crate::cpu::bins::Cover;
+use crate::cpu::lanes::LANES;
+use crate::cpu::tiles::TILE;
+use crate::twin::Random;
+use fearless_simd::prelude::*;
+use glam::{DMat4, DQuat, DVec3, DVec4};
+
+fn signed(random: &mut Random) -> f64 {
+    2.0 * random.share() - 1.0
+}
+
+fn vector(random: &mut Random) -> DVec3 {
+    DVec3::new(signed(random), signed(random), signed(random))
+}
+
+/// Triangles of all sizes, some beside each other in strips, some around the eye or across it.
+fn triangles(random: &mut Random, count: usize) -> Scene {
+    let mut vertices: Vec<DVec3> = Vec::new();
+    for i in 0..count {
+        let size = 10_f64.powf(1.5 * signed(random) - 0.5);
+        let middle = 2.0 * vector(random);
+        let mut corners = [0; 3].map(|_| middle + size * vector(random));
+        if i > 0 && random.below(3) > 0 {
+            // At an edge of the last one.
+            let end = vertices.len();
+            (corners[0], corners[1]) = (vertices[end - 2], vertices[end - 1]);
+        }
+        vertices.extend(corners);
+    }
+    let triangles = (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    Scene::new(vertices, triangles.collect()).unwrap()
+}
+
+fn camera(random: &mut Random, (width, height): (u32, u32)) -> Camera {
+    let turn = DQuat::from_axis_angle(vector(random).normalize(), 3.0 * random.share());
+    let pose = DMat4::from_rotation_translation(turn, 0.5 * vector(random));
+    let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
+    let range = [(1e-3, f64::INFINITY), (0.3, 2.5)][random.below(2)];
+    let camera = Camera::new(pose, DVec2::splat(half.x), half, (width, height), range).unwrap();
+    match random.below(3) {
+        0 => Camera {
+            rays: Rays::Orthographic,
+            focal: camera.focal * 0.3,
+            ..camera
+        },
+        _ => camera,
+    }
+}
+
+/// Places of samples, on the border of the pixel, too.
+fn places(random: &mut Random, count: usize) -> Vec<DVec2> {
+    let mut place = || match random.below(4) {
+        0 => [-0.5, 0.0, 0.5][random.below(3)],
+        _ => random.share() - 0.5,
+    };
+    (0..count).map(|_| DVec2::new(place(), place())).collect()
+}
+
+fn light(random: &mut Random) -> Light {
+    let position = 1.5 * vector(random);
+    let direction = vector(random).normalize();
+    match random.below(4) {
+        0 => Light::point(position).unwrap(),
+        1 => Light::spot(position, -position.normalize(), 0.6).unwrap(),
+        _ => Light::directional(direction).unwrap(),
+    }
+}
+
+#[test]
+fn samples_see_what_moved_cameras_see() {
+    let mut random = Random(21);
+    let mut counts = [0; 3];
+    for round in 0..20 {
+        let count = [1, 5, 8, 20, 32][random.below(5)];
+        let scene = triangles(&mut random, 60);
+        let camera = camera(&mut random, (100, 70));
+        let pattern = Pattern::new(&camera, &places(&mut random, count));
+        let images = pattern.views.iter().map(|view| rasterize(view, &scene));
+        let images: Vec<_> = images.collect();
+        let view = View::of_camera(&camera);
+        let vertices = view.places(&scene);
+        let (painter, bins) = Painter::new(&view, &scene, &vertices, Cover::Whole);
+        let mut drawn = DrawnSamples::default();
+        for tile in 0..painter.tiling.tiles() {
+            let cover = dispatch!(level(), simd => cover_tile(simd, &painter, &bins, tile));
+            let corner = painter.tiling.corner(tile);
+            let (painter, pattern) = (&painter, &pattern);
+            let sampled = SampledTile {
+                painter,
+                pattern,
+                cover: &cover,
+                corner,
+            };
+            dispatch!(level(), simd => drawn.draw(simd, sampled));
+            for place in 0..TILE * TILE {
+                let (column, row) = (place % TILE, place / TILE);
+                let at = (corner.0 + column, corner.1 + row);
+                if at.0 >= view.width || at.1 >= view.height {
+                    continue;
+                }
+                let is_whole = cover.whole[row] >> column & 1 != 0;
+                let is_mixed = cover.mixed[row] >> column & 1 != 0;
+                for (sample, image) in images.iter().enumerate() {
+                    let found = match (is_whole, is_mixed) {
+                        (true, _) => cover.ids[place],
+                        (_, true) => drawn.of_pixel(place, pattern.eights())[sample],
+                        _ => NONE,
+                    };
+                    let expected = image.triangle_at(at.0, at.1).unwrap_or(NONE);
+                    assert_eq!(found, expected, "round {round}: {at:?}, sample {sample}");
+                }
+                counts[usize::from(is_whole) + 2 * usize::from(is_mixed)] += 1;
+            }
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 5_000), "{counts:?}");
+}
+
+#[test]
+fn samples_are_lit_where_moved_cameras_say_so() {
+    let mut random = Random(22);
+    let mut effort = Effort::default();
+    let mut counts = [0; 3];
+    for round in 0..16 {
+        let count = [1, 4, 9, 16][random.below(4)];
+        let many = [10, 60][random.below(2)];
+        let scene = triangles(&mut random, many);
+        let camera = camera(&mut random, (72, 50));
+        let light = light(&mut random);
+        let places = places(&mut random, count);
+        let kept = KeptParts::default();
+        let found = count_samples(&scene, &camera, &light, &places, &kept).unwrap();
+        let pixels = camera.pixel_count();
+        let (mut lit, mut seen) = (vec![0_u8; pixels], vec![0_u8; pixels]);
+        let pattern = Pattern::new(&camera, &places);
+        for (camera, view) in pattern.cameras.iter().zip(&pattern.views) {
+            let image = rasterize(view, &scene);
+            let answer = exact(&scene, &image, camera, &light, None);
+            for (i, visibility) in answer.visibility.into_iter().enumerate() {
+                lit[i] += u8::from(visibility == 1.0);
+                seen[i] += u8::from(!visibility.is_nan());
+            }
+        }
+        for pixel in 0..pixels {
+            let expected = (lit[pixel], seen[pixel]);
+            let found = (found.lit[pixel], found.seen[pixel]);
+            assert_eq!(found, expected, "round {round}: pixel {pixel}, {light:?}");
+            let partly = usize::from(lit[pixel] > 0) + usize::from(lit[pixel] == seen[pixel]);
+            counts[partly] += usize::from(seen[pixel] > 0);
+        }
+        effort = effort.and(found.effort);
+    }
+    assert!(counts.iter().all(|&count| count > 200), "{counts:?}");
+    // Else nothing was decided together, or nothing one by one.
+    let decided = effort.whole_pixels - effort.open_pixels;
+    assert!(decided.min(effort.open_pixels) > 5_000, "{effort:?}");
+}
+
+/// Columns, rows and nearness are the point's own coordinates.
+fn flat_view() -> View {
+    View {
+        origin: DVec3::ZERO,
+        rows: [DVec4::X, DVec4::Y, DVec4::W],
+        nearness: Nearness::Linear(DVec4::Z),
+        width: GRID,
+        height: GRID,
+        seen: (f64::NEG_INFINITY, f64::INFINITY),
+        light: None,
+    }
+}
+
+/// A parallelogram: its middle, and half of two of its sides.
+type Parallelogram = [DVec3; 3];
+
+/// One near an edge of the triangle, or anywhere in the cell around the origin; rounded to float32.
+fn parallelogram(random: &mut Random, scene: &Scene, origin: DVec2) -> Parallelogram {
+    let corners = scene.corners(0);
+    let i = random.below(3);
+    let edge = corners[i].lerp(corners[(i + 1) % 3], random.share());
+    let reach = 10_f64.powf(2.0 * random.share() - 2.0);
+    let near = edge + 10_f64.powf(4.0 * random.share() - 4.0) * vector(random);
+    let half = 0.5 * CELL as f64;
+    let is_near = (near.truncate() - origin).abs().max_element() < 2.0 * half;
+    let anywhere = DVec2::new(signed(random), signed(random)) * 2.0 * half;
+    let z = edge.z - 10_f64.powf(6.0 * random.share() - 5.0) * signed(random).signum();
+    let middle = match is_near {
+        true => near.truncate().extend(z),
+        false => (origin + anywhere).extend(z),
+    };
+    let slope = 10_f64.powf(3.0 * signed(random));
+    let mut side = || vector(random) * DVec3::new(reach, reach, reach * slope);
+    let rounded = |v: DVec3| v.as_vec3().as_dvec3();
+    let (one, other) = (rounded(side()), rounded(side()));
+    [rounded(middle), one, other]
+}
+
+#[inline(always)]
+fn tested<S: Simd>(
+    simd: S,
+    shapes: &Shapes,
+    origin: DVec2,
+    [middle, one, other]: Parallelogram,
+) -> [bool; 2] {
+    let splat = |v: f64| f32x16::splat(simd, v as f32);
+    let [u, v] = [middle.x - origin.x, middle.y - origin.y];
+    let place = [splat(u), splat(v), splat(middle.z)];
+    let sides = [one, other].map(|side| side.to_array().map(splat));
+    let (hit, maybe) = shapes.test_footprints(simd, 0, place, &sides);
+    [hit & 1 != 0, maybe & 1 != 0]
+}
+
+#[inline(always)]
+fn set_up<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    view: &View,
+    origin: [f32; 2],
+    side: f32,
+) -> (Shapes, bool) {
+    let places = view.places(scene);
+    let corners = Corners::new(simd, &places, [[0, 1, 2]; LANES]);
+    let wide = corners.wide(simd, view) & 1 != 0;
+    (
+        Shapes::new(simd, &corners.relative_to(origin), view.rounding(), side),
+        wide,
+    )
+}
+
+#[test]
+fn footprints_are_decided_as_every_point_in_them() {
+    let view = flat_view();
+    let mut random = Random(23);
+    let mut counts = [0; 3];
+    for round in 0..20_000 {
+        let origin = (DVec2::new(random.share(), random.share()) * GRID as f64).as_vec2();
+        let around = origin.as_dvec2();
+        let size = 10_f64.powf(4.0 * random.share() - 1.0);
+        let steepness = 10_f64.powf(4.0 * random.share() - 3.0);
+        let corner = DVec3::new(size, size, size * steepness);
+        let corners = [0; 3].map(|_| around.extend(0.0) + corner * vector(&mut random));
+        let scene = Scene::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
+        let side = 1.5 * CELL as f32;
+        let (mut shapes, wide) =
+            dispatch!(level(), simd => set_up(simd, &scene, &view, origin.to_array(), side));
+        let rounding = view.rounding();
+        if wide && !shapes.set_wide(0, (&view, &scene), 0, around, f64::from(side), rounding) {
+            continue;
+        }
+        let footprint = parallelogram(&mut random, &scene, around);
+        let [hit, maybe] = dispatch!(level(), simd => tested(simd, &shapes, around, footprint));
+        counts[usize::from(hit) + usize::from(maybe)] += 1;
+        let [middle, one, other] = footprint;
+        for k in 0..12 {
+            let mut share = || match k {
+                0..8 => signed(&mut random).signum(),
+                _ => signed(&mut random),
+            };
+            let point = middle + one * share() + other * share();
+            let nearness = view.nearness_at(&scene, point.truncate(), 0);
+            let is_before = nearness.is_some_and(|nearness| nearness > point.z);
+            let case = format!("round {round}: {point} of {footprint:?}, {corners:?}");
+            assert!(is_before || !hit, "hit, {case}");
+            assert!(!is_before || maybe, "missed, {case}");
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 500), "{counts:?}");
+}
