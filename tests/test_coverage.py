@@ -7,11 +7,33 @@ import math
 
 import numpy as np
 import pytest
+from test_masks import CAMERA as CAMERA_OF_MASKS, SCENES as MASKED, SPOT
 
 import lixel as lx
-from lixel.coverage import sample_places
+from lixel import _core
+from lixel.coverage import cameras_of_samples, sample_places
 
 SAMPLES = 64
+
+LAMP = lx.PointLight((1.2, 3.1, 1.7))
+
+
+def together(scene: lx.Scene, camera: lx.Camera, light: lx.Light, samples: int) -> dict:
+    """What the CPU engine counts and does."""
+    places = [(x, y) for x, y in sample_places(samples).tolist()]
+    return _core.count_samples(scene._core, camera._core_for(scene), light._core, places)
+
+
+def lights_over(scene: lx.Scene) -> dict[str, lx.Light]:
+    """A light of each kind."""
+    low, high = scene.bounds
+    above = (low + high) / 2 + [0.1, 0.8 * (high - low).max(), 0.2]
+    return {
+        "sun": lx.DirectionalLight((0.35, -1.0, -0.45)),
+        "lamp": lx.PointLight(above),
+        "spot": lx.SpotLight(above, (0.1, -1.0, 0.0), outer=0.4),
+        "dome": lx.HemisphereLight(above, (0.0, -1.0, 0.1)),
+    }
 
 
 def half_plane(slope: float) -> tuple[lx.Scene, lx.Camera, lx.Light]:
@@ -125,3 +147,101 @@ def test_what_is_no_number_of_samples_is_refused(view):
             lx.coverage(*view, samples=samples)
     with pytest.raises(ValueError, match="shape of reference"):
         lx.compare(np.ones((3, 3)), lx.coverage(*view, samples=1))
+
+
+def assert_one_by_one(scene: lx.Scene, camera: lx.Camera, light: lx.Light, samples: int) -> None:
+    """That exact shadows of the samples are those of so many frames, to the byte."""
+    shape = camera.height, camera.width
+    lit, seen = np.zeros(shape, int), np.zeros(shape, int)
+    for moved in cameras_of_samples(camera, samples):
+        visibility = lx.render_shadows(scene, moved, light, "exact", device="cpu")
+        lit += visibility == 1.0
+        seen += ~np.isnan(visibility)
+    found = lx.coverage(scene, camera, light, "exact", samples=samples, device="cpu")
+    assert np.array_equal(np.rint(found.surface * samples), seen)
+    assert np.array_equal(found.covered, seen > 0)
+    assert np.array_equal(np.rint(np.nan_to_num(found.visibility) * seen), lit)
+    assert 0 < lit.sum() < seen.sum()
+
+
+SCENES = {
+    "box": lx.scenes.plane_and_box,
+    "objects": lambda: lx.scenes.objects_on_floor(40, 3),
+    "needles": lambda: lx.scenes.needles(300),
+    "grass": lambda: lx.scenes.grass(2000),
+}
+
+
+@pytest.mark.parametrize("kind", ["sun", "lamp", "spot", "dome"])
+@pytest.mark.parametrize("name", SCENES)
+def test_samples_together_are_those_of_moved_cameras(name, kind):
+    scene = SCENES[name]()
+    camera = next(iter(scene.cameras.values())).resized(101, 67)
+    for samples in (1, 6, 32):
+        assert_one_by_one(scene, camera, lights_over(scene)[kind], samples)
+
+
+def test_more_samples_than_are_together_at_once(view):
+    assert_one_by_one(*view, 70)
+
+
+def test_samples_of_parallel_rays():
+    assert_one_by_one(*half_plane(0.37), 16)
+
+
+@pytest.mark.parametrize("light", [lx.DirectionalLight((0.35, -1.0, -0.45)), LAMP, SPOT])
+@pytest.mark.parametrize("name", MASKED)
+def test_samples_in_holes(name, light):
+    assert_one_by_one(MASKED[name].scene(), CAMERA_OF_MASKS, light, 20)
+
+
+def test_samples_within_the_range_of_depths():
+    scene = lx.scenes.objects_on_floor(40, 3)
+    camera = next(iter(scene.cameras.values())).resized(96, 64)
+    truth = lx.reference(scene, camera, next(iter(scene.lights.values())))
+    near, far = np.nanquantile(truth.depth, [0.2, 0.7])
+    camera = camera._replaced(znear=float(near), zfar=float(far))
+    assert_one_by_one(scene, camera, next(iter(scene.lights.values())), 8)
+
+
+def test_what_moved_is_counted_anew(view):
+    scene, camera, light = view
+    before = together(scene, camera, light, 8)
+    scene.update_vertices(scene.vertices + np.array([0.0, 0.0, 0.3]))
+    after = together(scene, camera, light, 8)
+    assert (before["lit"] != after["lit"]).any()
+    fresh = lx.Scene(scene.vertices, scene.faces)
+    assert np.array_equal(after["lit"], together(fresh, camera, light, 8)["lit"])
+
+
+def test_threads_change_nothing(view):
+    one, three = (
+        lx.coverage(*view, "exact", samples=16, device="cpu", threads=threads) for threads in (1, 3)
+    )
+    assert np.array_equal(one.visibility, three.visibility, equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", ["sun", "lamp", "spot"])
+@pytest.mark.parametrize(("name", "whole", "tested"), [("box", 0.9, 0.25), ("objects", 0.6, 0.45)])
+def test_few_samples_are_tested_one_by_one(name, whole, tested, kind):
+    """The shares are those of large triangles, and of triangles that are a few pixels wide."""
+    scene = SCENES[name]()
+    camera = next(iter(scene.cameras.values())).resized(480, 270)
+    found = together(scene, camera, lights_over(scene)[kind], 32)
+    effort, seen = found["effort"], int(found["seen"].sum())
+    pixels = np.count_nonzero(found["seen"])
+    assert effort["whole_pixels"] > whole * pixels
+    assert pixels <= effort["whole_pixels"] + effort["mixed_pixels"] < 1.02 * pixels
+    assert effort["open_pixels"] < 0.25 * effort["whole_pixels"]
+    assert 0 < effort["tested_samples"] < tested * seen
+    assert set(found["timings"]) <= set(_core.labels())
+
+
+def test_what_is_no_place_of_a_sample_is_refused(view):
+    scene, camera, light = view
+    core = scene._core, camera._core_for(scene), light._core
+    for places in ([], [(0.0, 0.6)], [(float("nan"), 0.0)], 65 * [(0.0, 0.0)]):
+        with pytest.raises(ValueError, match="places must be"):
+            _core.count_samples(*core, places)
+    with pytest.raises(ValueError, match="threads must be"):
+        lx.coverage(*view, "exact", device="cpu", threads=0)

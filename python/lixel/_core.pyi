@@ -17,6 +17,7 @@ __all__ = [
     "brute_force",
     "check_parameters",
     "clear_cache",
+    "count_samples",
     "device",
     "engine",
     "facing",
@@ -223,6 +224,27 @@ def brute_force(
     scene: Scene, camera: Camera, light: Light, pixels: Sequence[int]
 ) -> dict[str, Any]:
     """As `reference`, over all triangles, for some pixels (row * width + column): (n,) arrays."""
+
+def count_samples(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    places: Sequence[tuple[float, float]],
+    threads: int | None = None,
+) -> dict[str, Any]:
+    """Exact shadows of several samples in each pixel, on the CPU engine.
+
+    `places` are columns and rows from a pixel's centre, 1 to 64 of them, within half a pixel. Of
+    each pixel how many samples are `lit` and how many are `seen`, (H, W) uint8; `timings`,
+    milliseconds of each pass; and `effort`: pixels that are ``whole_pixels`` (all samples see one
+    triangle), those of them that are ``open_pixels`` (their samples were tested one by one), the
+    ``mixed_pixels``, and ``tested_samples``, what was tested one by one.
+
+    Raises
+    ------
+    ValueError
+        Other places, or an image too large.
+    """
 
 def clear_cache() -> None:
     """Free the scratch memory on devices that no frame is using."""

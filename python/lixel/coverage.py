@@ -11,17 +11,21 @@ from typing import Any, ClassVar, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
 from .arguments import count, instance
 from .camera import Camera
-from .frame import check_view, render_shadows
+from .frame import check_view, chosen_method, is_on_gpu, render_shadows, thread_count
 from .light import Light
 from .likeness import Likeness
-from .methods import Method
+from .methods import Exact, Method
 from .pictures import display
 from .reference import reference
 from .scene import Scene
 
 WRONG = (220, 32, 24)
+
+MAX_TOGETHER = 64
+"""Samples of a pixel that the CPU engine has together, at most."""
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -128,6 +132,9 @@ def coverage(
     """
     check_view(scene, camera, light)
     number = count("samples", samples)
+    chosen = None if method is None else chosen_method(method, device)
+    if isinstance(chosen, Exact) and not is_on_gpu(device):
+        return _coverage_of_engine(scene, camera, light, number, thread_count(threads))
     # As narrow as the number allows: bytes are added up in a quarter of the time of int32.
     shape, counted = (camera.height, camera.width), np.min_scalar_type(number)
     lit, seen, open_ = (np.zeros(shape, counted) for _ in range(3))
@@ -140,16 +147,46 @@ def coverage(
             visibility = render_shadows(scene, moved, light, method, device=device, threads=threads)
         lit += (visibility == 1.0).view(np.uint8)
         seen += (~np.isnan(visibility)).view(np.uint8)
+    return _coverage_of_counts((scene, camera, light), number, lit, seen, open_)
+
+
+def _coverage_of_counts(
+    view: tuple[Scene, Camera, Light],
+    samples: int,
+    lit: npt.NDArray[Any],
+    seen: npt.NDArray[Any],
+    open_: npt.NDArray[Any] | None = None,
+) -> Coverage:
+    scene, camera, light = view
     of_seen = np.maximum(seen, 1).astype(np.float32)
+    tie = np.zeros(lit.shape, np.float32)
+    if open_ is not None:
+        tie = (open_ / of_seen).astype(np.float32)
     return Coverage(
         visibility=np.where(seen > 0, lit / of_seen, np.nan).astype(np.float32),
-        surface=(seen / number).astype(np.float32),
-        tie=(open_ / of_seen).astype(np.float32),
-        samples=number,
+        surface=(seen / samples).astype(np.float32),
+        tie=tie,
+        samples=samples,
         scene=scene,
         camera=camera,
         light=light,
     )
+
+
+def _coverage_of_engine(
+    scene: Scene, camera: Camera, light: Light, samples: int, threads: int | None
+) -> Coverage:
+    """That of `Exact` on the CPU engine, which has the samples of a pixel together."""
+    shape, places = (camera.height, camera.width), sample_places(samples)
+    lit, seen = (np.zeros(shape, np.min_scalar_type(samples)) for _ in range(2))
+    for first in range(0, samples, MAX_TOGETHER):
+        some = [(x, y) for x, y in places[first : first + MAX_TOGETHER].tolist()]
+        found = _core.count_samples(
+            scene._core, camera._core_for(scene), light._core, some, threads
+        )
+        lit += found["lit"]
+        seen += found["seen"]
+    return _coverage_of_counts((scene, camera, light), samples, lit, seen)
 
 
 def cameras_of_samples(camera: Camera, samples: int) -> Iterator[Camera]:

@@ -435,7 +435,7 @@ def _parts_of_lights(
     if not isinstance(method, Auto):
         return rendered(lights, method, outputs)
 
-    chooses = choose if _is_on_gpu(on[0]) else choose_on_cpu
+    chooses = choose if is_on_gpu(on[0]) else choose_on_cpu
 
     def chosen_for(light: Light) -> FrameParts:
         parts = chooses(scene, camera, light, method, lambda tried: rendered([light], tried, ())[0])
@@ -496,10 +496,15 @@ def _as_dtype(visibility: npt.NDArray[np.float32], dtype: np.dtype[Any]) -> npt.
 
 def _on(device: str | None, threads: SupportsIndex | None) -> tuple[str | None, int | None]:
     """Who renders, and on how many threads."""
-    return device, None if threads is None else count("threads", threads)
+    return device, thread_count(threads)
 
 
-def _is_on_gpu(device: str | None) -> bool:
+def thread_count(threads: SupportsIndex | None) -> int | None:
+    """A number of threads, checked."""
+    return None if threads is None else count("threads", threads)
+
+
+def is_on_gpu(device: str | None) -> bool:
     """Whether a GPU renders."""
     return _core.engine(device) == "gpu"
 
@@ -518,7 +523,7 @@ def chosen_method(
         if parameters:
             raise TypeError(f"{', '.join(parameters)} must come with a method, got None")
         is_bounded = max_error is not None or max_ms is not None
-        method = Auto() if is_bounded or _is_on_gpu(device) else Exact()
+        method = Auto() if is_bounded or is_on_gpu(device) else Exact()
     chosen = method_from(method, **parameters)
     bounds = {"max_error": max_error, "max_ms": max_ms}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
