@@ -1,7 +1,7 @@
 //! Eight numbers of float32, or of float64, as what formulas are written for.
 
-use super::lanes::{LANES, Simd, columns, f32x8, f32x16, f64x8, mask32x8, mask64x8};
-use crate::lanes::Lane;
+use super::lanes::{LANES, Simd, columns, f32x8, f64x4, f64x8, mask32x8, mask64x8};
+use crate::lanes::{Each, Lane};
 use fearless_simd::prelude::*;
 
 macro_rules! eight_lanes {
@@ -125,6 +125,14 @@ fn gathered<S: Simd>(table: &[f32], width: usize, row: f32x8<S>, column: f32x8<S
     f32x8::simd_from(row.simd, values)
 }
 
+/// Those of a table from a place on.
+#[inline(always)]
+fn several<const N: usize>(table: &[f32], place: u32) -> &[f32; N] {
+    let first = place as usize;
+    let several = table[first..first + N].first_chunk();
+    several.expect("as many")
+}
+
 /// A pair is read as one number, of as many bits.
 #[inline(always)]
 fn gathered_two<S: Simd>(
@@ -136,11 +144,11 @@ fn gathered_two<S: Simd>(
     let places = places((table, width), row, column, 2);
     let mut pairs = [0.0; LANES];
     for (pair, place) in pairs.iter_mut().zip(places) {
-        let two: &[f32; 2] = table[place as usize..].first_chunk().expect("two");
-        *pair = bytemuck::cast::<_, f64>(*two);
+        *pair = bytemuck::cast::<[f32; 2], f64>(*several(table, place));
     }
-    let pairs: f32x16<S> = f64x8::simd_from(row.simd, pairs).bitcast();
-    let (low, high) = pairs.split();
+    let [a, b, c, d, e, f, g, h] = pairs;
+    let low: f32x8<S> = f64x4::simd_from(row.simd, [a, b, c, d]).bitcast();
+    let high: f32x8<S> = f64x4::simd_from(row.simd, [e, f, g, h]).bitcast();
     [low.unzip_low(high), low.unzip_high(high)]
 }
 
@@ -151,22 +159,10 @@ fn gathered_four<S: Simd>(
     row: f32x8<S>,
     column: f32x8<S>,
 ) -> [f32x8<S>; 4] {
-    let places = places((table, width), row, column, 4);
-    let four =
-        |lane: usize| -> &[f32; 4] { table[places[lane] as usize..].first_chunk().expect("four") };
-    columns(
-        row.simd,
-        [
-            four(0),
-            four(1),
-            four(2),
-            four(3),
-            four(4),
-            four(5),
-            four(6),
-            four(7),
-        ],
-    )
+    let [a, b, c, d, e, f, g, h] = places((table, width), row, column, 4);
+    let [a, b, c, d] = [a, b, c, d].each(|place| several(table, place));
+    let [e, f, g, h] = [e, f, g, h].each(|place| several(table, place));
+    columns(row.simd, [a, b, c, d, e, f, g, h])
 }
 
 fn gathered64<S: Simd>(table: &[f32], width: usize, row: f64x8<S>, column: f64x8<S>) -> f64x8<S> {

@@ -2,7 +2,7 @@
 
 use super::cells::{filled, filled_beside};
 use super::lanes::{
-    LANES, Simd, bits, dispatch, f32x8, indices, level, mask_bits, narrow, splat, u32x8,
+    LANES, Simd, bits, dispatch, f32x8, indices, level, mask_bits, mask32x8, narrow, splat, u32x8,
 };
 use super::light_space::LightSpace;
 use super::receivers::{BlockReceivers, KnownPlanes, Receivers, function_of};
@@ -238,6 +238,30 @@ fn add_count<S: Simd>(simd: S, cells: u32x8<S>, mask: u32, count: u32, map: &mut
     }
 }
 
+/// Raises the cell of each of eight receivers to its weight, once for neighbours in the same.
+#[inline(always)]
+fn raise<S: Simd>(simd: S, cells: u32x8<S>, mask: u32, weights: [f32; LANES], map: &mut [u32]) {
+    let zero = u32x8::simd_from(simd, 0);
+    let nowhere = u32x8::simd_from(simd, u32::MAX);
+    let mask = mask32x8::from_bitmask(simd, u64::from(mask));
+    // Positive floats are ordered as their bits are.
+    let mut most = mask.select(u32x8::simd_from(simd, weights.map(f32::to_bits)), zero);
+    // From those one, two and four before, where they are in the same cell.
+    let before = (nowhere.slide::<7>(cells), zero.slide::<7>(most));
+    most = most.max(before.0.simd_eq(cells).select(before.1, zero));
+    let before = (nowhere.slide::<6>(cells), zero.slide::<6>(most));
+    most = most.max(before.0.simd_eq(cells).select(before.1, zero));
+    let before = (nowhere.slide::<4>(cells), zero.slide::<4>(most));
+    most = most.max(before.0.simd_eq(cells).select(before.1, zero));
+    let is_last = mask_bits(!cells.slide::<1>(nowhere).simd_eq(cells));
+    let has_any = mask_bits(!most.simd_eq(zero));
+    let (cells, most): ([u32; LANES], [u32; LANES]) = (cells.into(), most.into());
+    for last in bits(is_last & has_any) {
+        let cell = &mut map[cells[last] as usize];
+        *cell = most[last].max(*cell);
+    }
+}
+
 impl Pass<'_> {
     #[inline(always)]
     fn placed<S: Simd>(
@@ -317,11 +341,7 @@ impl Pass<'_> {
             }
         }
         let Some(unit) = self.count_unit else {
-            for lane in bits(row.mask) {
-                let cell = &mut map[cells[lane] as usize];
-                // Positive floats are ordered as their bits are.
-                *cell = weights[lane].to_bits().max(*cell);
-            }
+            raise(simd, row.cells, row.mask, weights, map);
             return;
         };
         let counts = counts(f32x8::simd_from(simd, weights), unit);
@@ -385,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn each_of_eight_receivers_counts_in_its_own_cell() {
+    fn each_of_eight_receivers_counts_in_its_own_cell_and_raises_it() {
         let mut random = Random(1);
         for _ in 0..500 {
             let cells: [u32; LANES] = std::array::from_fn(|_| random.below(3) as u32);
@@ -399,6 +419,17 @@ mod tests {
                 add_count(simd, u32x8::simd_from(simd, cells), mask, count, &mut found)
             });
             assert_eq!(found, right, "{cells:?} {mask:#b}");
+            let weights: [f32; LANES] = std::array::from_fn(|_| random.share() as f32);
+            let mut right = [0; 3];
+            for lane in bits(mask) {
+                let cell = &mut right[cells[lane] as usize];
+                *cell = weights[lane].to_bits().max(*cell);
+            }
+            let mut found = [0; 3];
+            dispatch!(level(), simd => {
+                raise(simd, u32x8::simd_from(simd, cells), mask, weights, &mut found)
+            });
+            assert_eq!(found, right, "{cells:?} {mask:#b} {weights:?}");
         }
     }
 

@@ -92,18 +92,23 @@ impl<S: Simd> BlockLookup<'_, S> {
             ..
         } = self.layer.comparison;
         let on_map = mask_bits(row.on_map);
-        let middles = match depths {
-            true => self.columns_and_rows(row),
-            false => [row.middle; AROUND],
-        };
         let may_agree = triangles && !is_at_seam;
-        let may_be_dark = may_agree && depths && {
-            let own = usize::from(reach) * (self.layer.comparison.side() + 1);
-            let step = self.step_to(row, self.middle_around(row, &middles, own));
-            let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
-            let is_nearer = Lane::less(self.stored(self.index(row.on_map, row.middle)), depth);
-            mask_bits(row.on_map & !is_nearer) == 0
-        };
+        let asks_depth = may_agree && depths && !self.has_own_triangle(row, i);
+        let middles = asks_depth.then(
+            #[inline(always)]
+            || self.columns_and_rows(row),
+        );
+        let may_be_dark = middles.as_ref().is_some_and(
+            #[inline(always)]
+            |middles| {
+                let own = usize::from(reach) * (self.layer.comparison.side() + 1);
+                let step = self.step_to(row, self.middle_around(row, middles, own));
+                let depth = rule.least_lit_depth(kind, &row.plane, &row.bias, step);
+                let index = self.index(row.on_map, row.middle);
+                let is_nearer = Lane::less(self.stored(index), depth);
+                mask_bits(row.on_map & !is_nearer) == 0
+            },
+        );
         let mut strangers = 0;
         if triangles && !may_be_dark {
             strangers = self.triangles_beside(row, i);
@@ -115,7 +120,13 @@ impl<S: Simd> BlockLookup<'_, S> {
             }
         }
         let seen = match depths {
-            true => self.look_beside(kind, rule, row, &middles),
+            true => {
+                let middles = match middles {
+                    Some(middles) => middles,
+                    None => self.columns_and_rows(row),
+                };
+                self.look_beside(kind, rule, row, &middles)
+            }
             false => Seen::default(),
         };
         if may_be_dark {
@@ -128,6 +139,17 @@ impl<S: Simd> BlockLookup<'_, S> {
             strangers = self.triangles_beside(row, i);
         }
         Some(Seen { strangers, ..seen })
+    }
+
+    /// Whether a receiver's own texel holds its own triangle, where that is known not to be before it.
+    #[inline(always)]
+    fn has_own_triangle(&self, row: &RowReceivers<S>, i: usize) -> bool {
+        self.layer.knows_own && {
+            let held = self.triangles(self.index(row.on_map, row.middle));
+            let held = u32x8::simd_from(self.simd, held);
+            let own = u32x8::simd_from(self.simd, self.block.ids[i]);
+            mask_bits(held.simd_eq(own) & row.on_map) != 0
+        }
     }
 
     #[inline(always)]
