@@ -13,6 +13,8 @@ use glam::{DMat4, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 
 #[cfg(test)]
+mod counts;
+#[cfg(test)]
 mod crowds;
 #[cfg(test)]
 mod importance;
