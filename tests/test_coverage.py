@@ -12,6 +12,7 @@ from test_masks import CAMERA as CAMERA_OF_MASKS, SCENES as MASKED, SPOT
 import lixel as lx
 from lixel import _core
 from lixel.coverage import cameras_of_samples, sample_places
+from lixel.lab import growth
 
 SAMPLES = 64
 
@@ -183,6 +184,15 @@ def test_samples_together_are_those_of_moved_cameras(name, kind):
 
 def test_more_samples_than_are_together_at_once(view):
     assert_one_by_one(*view, 70)
+
+
+@pytest.mark.parametrize("kind", ["sun", "lamp"])
+def test_samples_of_a_crowd(kind):
+    """So many triangles lie in one place that the light has a finer grid of them."""
+    scene = growth.heap(20_000)
+    camera = lx.Camera.look_at((1.5, 2.0, 2.5), (0, 0.4, 0), yfov=0.9, width=101, height=67)
+    light = {"sun": scene.lights["default"], "lamp": lx.PointLight((20.0, 30.0, 10.0))}[kind]
+    assert_one_by_one(scene, camera, light, 32)
 
 
 def test_samples_of_parallel_rays():
