@@ -4,6 +4,7 @@
 //! decided in float64, in the receiver's own ray. A receiver in shadow leaves its block.
 
 use super::bins::triangles_of;
+use super::extents::{Extent, add_extents};
 use super::holes::Holes;
 use super::lanes::{EPSILON, LANES, Simd, bits, f32x8, f32x16, mask_bits, mask32x8, splat, u32x16};
 use super::light_grid::{
@@ -11,8 +12,7 @@ use super::light_grid::{
 };
 use super::light_grids::{Crowded, SeenGrid};
 use super::receivers::{
-    BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, add_extents,
-    masks_of_views,
+    BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, masks_of_views,
 };
 use super::shapes::{Corners, Shapes};
 use super::tiles::BLOCK;

@@ -2,14 +2,14 @@
 //! its cell, or in that of a finer grid where many triangles lie in few cells (`crowds`).
 
 use super::caster_tests::{Known, Tests};
+use super::extents::{Extent, add_extents, extents_of_jobs};
 use super::frame::{CASTER_TESTS_LABEL, LIGHT_GRID_LABEL, RECEIVERS_LABEL};
 use super::lanes::{Simd, dispatch, level};
 use super::light_grid::GRID;
 use super::light_grids::Grids;
 use super::rasterize::Image;
 use super::receivers::{
-    BlockPlaces, BlockReceivers, Extent, KnownPlanes, Receivers, ViewFromEye, add_extents,
-    extents_of_jobs, masks_of_views,
+    BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, masks_of_views,
 };
 use super::tiles::{BLOCK, cut};
 use super::view::{Nearness, View, cube_views};

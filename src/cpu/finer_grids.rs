@@ -1,8 +1,8 @@
 //! The finer grids of crowds: of the triangles of their cells alone, in a view of these cells.
 
 use super::crowds::{Cells, Crowd};
+use super::extents::Extent;
 use super::light_grid::{CELL, LightGrid, fitted};
-use super::receivers::Extent;
 use super::view::{Place, View};
 use crate::scene::Scene;
 use rayon::prelude::*;

@@ -5,11 +5,11 @@
 
 use super::bins::{Bin, Bins, Cover, bins_among, eights, ids_at, triangles_of};
 use super::crowds::{Crowds, MANY_SMALL, MOST_DEPTH};
+use super::extents::Extent;
 use super::lanes::{
     LANES, Simd, bits, dispatch, f32x8, greatest, greatest_of, indices, least, least_of, level,
     mask_bits, mask32x8, splat,
 };
-use super::receivers::Extent;
 use super::shapes::{Corners, Shapes};
 use super::tiles::{TILE, Tiling};
 use super::view::{Place, View};

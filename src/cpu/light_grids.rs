@@ -1,9 +1,10 @@
 //! The grids of one light, which serve every camera whose receivers they hold.
 
 use super::crowds::Crowd;
+use super::extents::Extent;
 use super::finer_grids::make_finer;
 use super::light_grid::{LightGrid, fitted};
-use super::receivers::{Extent, ViewFromEye};
+use super::receivers::ViewFromEye;
 use super::tiles::BLOCK;
 use super::view::View;
 use crate::light::Light;

@@ -11,6 +11,7 @@ mod cells;
 mod crowds;
 mod depth_image;
 pub mod exact;
+mod extents;
 mod filtered_texels;
 mod finer_grids;
 mod formulas;

@@ -10,14 +10,14 @@
 
 use super::caster_tests::{Known, Lit, Tests};
 use super::exact::views;
+use super::extents::{Extent, add_extents, extents_of_jobs};
 use super::finer_grids::make_finer;
 use super::lanes::{LANES, Simd, dispatch, f64x8, level};
 use super::light_grid::{LightGrid, fitted};
 use super::light_grids::SeenGrid;
 use super::rasterize::NONE;
 use super::receivers::{
-    BlockPlaces, BlockReceivers, Extent, ViewFromEye, add_extents, dot, extents_of_jobs, in_cone,
-    masks_of_views, splat64,
+    BlockPlaces, BlockReceivers, ViewFromEye, dot, in_cone, masks_of_views, splat64,
 };
 use super::shadow_rays::{RAY_ROUNDING, is_lit};
 use super::tiles::BLOCK;

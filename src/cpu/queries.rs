@@ -1,8 +1,9 @@
 //! What fits ask about the receivers.
 
+use super::extents::Extent;
 use super::lanes::{LANES, Simd, bits, dispatch, level};
 use super::light_space::LightSpace;
-use super::receivers::{BlockPlaces, Extent, KnownPlanes, Receivers};
+use super::receivers::{BlockPlaces, KnownPlanes, Receivers};
 use super::tiles::BLOCK;
 use crate::fits::layer::Layer;
 use crate::fits::receivers::{Corners, OutlinePoints};

@@ -13,12 +13,13 @@
 //! open is decided in float64.
 
 use super::bins::eights;
+use super::extents::Extent;
 use super::lanes::{
     EPSILON, LANES, Simd, bits, columns, dispatch, each_row, f32x8, least, level, mask_bits,
     mask32x8, numbers, splat,
 };
 use super::rasterize::Image;
-use super::receivers::{BlockPlaces, Extent, Receivers, ViewFromEye};
+use super::receivers::{BlockPlaces, Receivers, ViewFromEye};
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, cut};
 use super::view::View;
 use super::volume_faces::{Face, FaceRows, VolumeView};

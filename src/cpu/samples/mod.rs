@@ -19,13 +19,14 @@ mod tests;
 
 use super::bins::Cover;
 use super::exact::{sampled_extents, views};
+use super::extents::Extent;
 use super::frame::{
     CASTER_TESTS_LABEL, KeptParts, LIGHT_GRID_LABEL, RECEIVERS_LABEL, VISIBILITY_LABEL, check_image,
 };
 use super::lanes::{dispatch, level};
 use super::light_grids::Grids;
 use super::rasterize::{Image, Painter};
-use super::receivers::{Extent, Receivers, ViewFromEye};
+use super::receivers::{Receivers, ViewFromEye};
 use super::tiles::cut;
 use super::view::View;
 use crate::camera::Camera;

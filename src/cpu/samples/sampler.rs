@@ -1,12 +1,11 @@
 //! The samples of one tile: those of whole pixels together, the others one by one.
 
 use super::super::caster_tests::{Known, Lit, Tests};
+use super::super::extents::{Extent, add_extents};
 use super::super::lanes::{LANES, Simd, bits, dispatch, level};
 use super::super::light_grids::SeenGrid;
 use super::super::rasterize::{NONE, Painter};
-use super::super::receivers::{
-    BlockPlaces, BlockReceivers, Extent, Receivers, ViewFromEye, add_extents,
-};
+use super::super::receivers::{BlockPlaces, BlockReceivers, Receivers, ViewFromEye};
 use super::super::tiles::{BLOCK, TILE};
 use super::cover::TileCover;
 use super::draw::{DrawnSamples, SampledTile};
