@@ -3,6 +3,7 @@
 use super::importance::{COUNT, FIT, view};
 use super::*;
 use crate::cpu::importance_map::importance_map;
+use crate::cpu::queries::bounds;
 use crate::cpu::receivers::Receivers;
 use crate::cpu::warp_map::WarpMap;
 use crate::fits::boxes::parallel_layer;
@@ -33,8 +34,10 @@ fn counts_along_y_are_the_same_of_receivers_that_were_placed_before() {
         width: 64,
         height: 48,
     };
-    let axes = parallel_layer(setting).projection;
-    let projection = axes.around(DVec2::ZERO, DVec2::splat(40.0), size);
+    let axes = parallel_layer(setting);
+    let (low, high) = bounds(&receivers, &[axes.clone()]).0[0].expect("some face the light");
+    let [middle, across] = [0.5 * (low + high), 0.7 * (high - low)].map(DVec3::truncate);
+    let projection = axes.projection.around(middle, size.texels() / across, size);
     let [whole, right, left] = [vec![], vec![half(1.0)], vec![half(-1.0)]].map(|sides| Layer {
         projection: projection.clone(),
         region: Region::new(sides),

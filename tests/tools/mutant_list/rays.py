@@ -12,6 +12,7 @@ TABLES = (
 )  # fmt: skip
 BY_A_HAIR = ("cargo", "--lib", "whose_rays_an_edge_nearly", "edge_ends_a_hair", "a_surface_a_hair")
 CELLS_OF_LIGHT = ("cargo", "--lib", "a_cell_lists")
+KEPT_PLACES = ("cargo", "--lib", "tests::counts")
 CELLS_OF_MAP = ("cargo", "--lib", "cpu::importance_map")
 IMPORTANCE = ("cargo", "--lib", "importance_is", "importance_does_not", "maps_and_warps")
 POINTS = ("pytest", "tests/test_points.py")
@@ -104,7 +105,15 @@ MUTANTS = (
     ),
     Mutant(
         "importance on the CPU", "counts are rounded down", IMPORTANCE_MAP,
-        "(numbers + 0.5f32.next_down()).floor()", "numbers.floor()", CELLS_OF_MAP,
+        "Lane::floor(numbers + 0.5f32.next_down())", "Lane::floor(numbers)", CELLS_OF_MAP,
+    ),
+    Mutant(
+        "importance on the CPU", "receivers of another layer are counted", IMPORTANCE_MAP,
+        " && placed.layer == *layer)", ")", KEPT_PLACES,
+    ),
+    Mutant(
+        "importance on the CPU", "a cell has the weight of its last neighbour", IMPORTANCE_MAP,
+        "zero.slide::<7>(most)", "zero", CELLS_OF_MAP,
     ),
     Mutant(
         "importance on the CPU", "receivers at the map's border have no cell", IMPORTANCE_MAP,
