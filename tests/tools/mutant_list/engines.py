@@ -52,7 +52,7 @@ MUTANTS = (
     ),
     Mutant(
         "packets", "begin where the ray in their middle enters the scene", BVH,
-        "let width = margin + spread.length();", "let width = margin;", PACKETS,
+        "let width = margin + spread.length() + ray", "let width = margin + ray", PACKETS,
     ),
     Mutant(
         "packets", "are half as wide as their receivers", CPU_RAYS,
@@ -149,8 +149,8 @@ MUTANTS = (
     ),
     Mutant(
         "CPU engine", "receivers beside the first grid are dark", CPU_TESTS,
-        "left[i] &= !within[i];",
-        "left[i] = 0;", GRIDS,
+        "*left &= !within;",
+        "*left = 0;", GRIDS,
     ),
     Mutant(
         "CPU engine", "rounding decides the side of a light in a plane", CPU_RECEIVERS,
