@@ -233,7 +233,7 @@ impl ViewFromEye {
                     |j| linear_part(simd, rows[j], step) * inverse - middle[j] * along,
                 );
                 let own = squares.bends[i][k];
-                bend = bend + (along + own).abs();
+                bend += (along + own).abs();
                 // The plane's own points must stay on one side of the eye, too.
                 is_known &= own.abs().simd_lt(splat64(simd, MAX_BEND));
             }

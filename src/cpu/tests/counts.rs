@@ -35,7 +35,8 @@ fn counts_along_y_are_the_same_of_receivers_that_were_placed_before() {
         height: 48,
     };
     let axes = parallel_layer(setting);
-    let (low, high) = bounds(&receivers, &[axes.clone()]).0[0].expect("some face the light");
+    let (low, high) =
+        bounds(&receivers, std::slice::from_ref(&axes)).0[0].expect("some face the light");
     let [middle, across] = [0.5 * (low + high), 0.7 * (high - low)].map(DVec3::truncate);
     let projection = axes.projection.around(middle, size.texels() / across, size);
     let [whole, right, left] = [vec![], vec![half(1.0)], vec![half(-1.0)]].map(|sides| Layer {
