@@ -200,13 +200,12 @@ def small_rows():
 
 
 def test_measured_rows_are_beside_the_papers_figures(with_tables, tmp_path, capfd):
-    with_tables(
-        Table(
-            "small", "Small", "nobody, 2000", base="SM", without=(passes.VISIBILITY,), path=2,
-            rows=small_rows(), has_mer=True, remark="So it is.",
-            left_out={"Never": "it was never built"}, **SMALL,
-        )
+    small = Table(
+        "small", "Small", "nobody, 2000", base="SM", without=(passes.VISIBILITY,), path=2,
+        rows=small_rows(), has_mer=True, remark="So it is.",
+        left_out={"Never": "it was never built"}, **SMALL,
     )  # fmt: skip
+    with_tables(small)
     rows = papers.measure(folder=tmp_path, repeats=2)["small"]
     assert [(row["scene"], row["row"], row["by"]) for row in rows] == [
         (scene, *key)
@@ -218,7 +217,7 @@ def test_measured_rows_are_beside_the_papers_figures(with_tables, tmp_path, capf
     ratios = [row["paper, ratio"] for row in rows]
     assert ratios == [2.5, 1.0, 0.75, 0.75, 3.0, 1.0, 4.0, 4.0]
     assert [row["paper, ms"] for row in rows] == ["5", "2", "1-2", "1-2", "6", "1-3", "8", "8"]
-    assert rows[2]["ours"] == "rtw 128²"
+    assert [row["ours"] for row in rows[2:4]] == ["uniform+rtw 128²", "rtw 128²"]
     measured = read(tmp_path / "small.csv")
     ms = measured.assign(ms=measured["gpu_ms"] - measured["pass_ms.visibility"].fillna(0.0))
     ms = ms.groupby(["scene", "method", "rasterization"])["ms"].median()
@@ -235,9 +234,14 @@ def test_measured_rows_are_beside_the_papers_figures(with_tables, tmp_path, capf
     assert "left out, because this version has no such method: Later" in out
     assert "left out: Never, because it was never built" in out
     assert "So it is." in out
-    # What was measured is kept.
+    # What was measured is kept, and the same table is made of it.
     papers.measure(folder=tmp_path, repeats=2)
-    assert read(tmp_path / "small.csv").equals(measured)
+    again = read(tmp_path / "small.csv")
+    assert again.equals(measured)
+    assert again.attrs["command"] == "lixel lab papers small"
+    made = [[*row.items()] for row in measuring.beside(small, again)]
+    assert [row[:5] for row in made] == [[*row.items()][:5] for row in rows]
+    assert made[3][5][1] == pytest.approx(rows[3]["ours, ratio"])
 
 
 def test_stages_are_shares_of_the_frame(with_tables):

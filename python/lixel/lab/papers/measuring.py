@@ -65,6 +65,7 @@ def measure_table(chosen: Table, repeats: int, folder: Path | None) -> pandas.Da
             parts.append(_studied(chosen, by_spot, methods, repeats, journal))
     # Columns of either part.
     measured = needs("pandas", "study").concat(parts, ignore_index=True)
+    measured.attrs["command"] = f"lixel lab papers {chosen.name}"
     if folder is not None:
         save(measured, folder / f"{chosen.name}.csv")
     return measured
@@ -245,11 +246,23 @@ def _range(ms: pandas.Series) -> str:
 
 
 def _ours(method: Method) -> str:
-    return method.name if method.map_size is None else f"{method.name} {texels_text(method)}"
+    name = method.composition
+    return name if method.map_size is None else f"{name} {texels_text(method)}"
 
 
 def turned(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Pairs of rows that stand the other way round than in the paper, by a twentieth or more."""
+    """A sentence for each pair of rows that stands the other way round than in the paper."""
+    for first, second, paper, ours in apart(rows):
+        if (paper - 1.0) * (ours - 1.0) < 0.0:
+            slow, fast = (first, second) if paper > 1.0 else (second, first)
+            yield f"{_at(first)}: {slow['row']} is slower than {fast['row']} only in the paper"
+
+
+def apart(
+    rows: Sequence[Mapping[str, Any]],
+) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any], float, float]]:
+    """Pairs of rows that have figures of the paper and are a twentieth or more apart, there and
+    here: the first row's time over the second's, the paper's and ours."""
     for first, second in itertools.combinations(rows, 2):
         if any(first.get(of) != second.get(of) for of in ("scene", "stage", "by")):
             continue
@@ -257,9 +270,8 @@ def turned(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             continue
         paper = first["paper, ratio"] / second["paper, ratio"]
         ours = first["ours, ratio"] / second["ours, ratio"]
-        if (paper - 1.0) * (ours - 1.0) < 0.0 and min(abs(paper - 1.0), abs(ours - 1.0)) >= 0.05:
-            slow, fast = (first, second) if paper > 1.0 else (second, first)
-            yield f"{_at(first)}: {slow['row']} is slower than {fast['row']} only in the paper"
+        if min(abs(paper - 1.0), abs(ours - 1.0)) >= 0.05:
+            yield first, second, paper, ours
 
 
 def misranked(chosen: Table, rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -279,27 +291,40 @@ def _at(row: Mapping[str, Any]) -> str:
     return ", ".join(row[of] for of in ("scene", "stage", "by") if of in row)
 
 
+def heading(chosen: Table, measured: pandas.DataFrame) -> Iterator[str]:
+    """Sizes, and what stands for each scene."""
+    width, height = chosen.size
+    yield f"{width} x {height} pixels, maps of {chosen.resolution}²"
+    counts = dict(zip(measured.scene, measured.triangles, strict=True))
+    for name, substitute in chosen.scenes.items():
+        yield f"for {name}: {substitute}, {counts[name]:,} triangles"
+
+
+def remarks(
+    chosen: Table, rows: Sequence[Mapping[str, Any]], measured: pandas.DataFrame
+) -> Iterator[str]:
+    """What ranks otherwise than in the paper, what is left out, and why."""
+    yield from misranked(chosen, rows)
+    if "error" in measured:
+        for error in measured["error"].dropna().unique():
+            yield f"a row without times could not be rendered: {error}"
+    missing = {row.name for row in chosen.rows} - {row["row"] for row in rows}
+    if missing:
+        yield f"left out, because this version has no such method: {', '.join(sorted(missing))}"
+    for name, reason in chosen.left_out.items():
+        yield f"left out: {name}, because {reason}"
+    if chosen.remark:
+        yield chosen.remark
+
+
 def print_table(
     chosen: Table, rows: Sequence[Mapping[str, Any]], measured: pandas.DataFrame
 ) -> None:
     print(f"\n{chosen.title} ({chosen.source})")
-    width, height = chosen.size
     devices = {*zip(measured.device, measured.driver, strict=True)}
     device = "; ".join(f"{name}, {driver}" for name, driver in sorted(devices))
-    print(f"{width} x {height} pixels, maps of {chosen.resolution}²; ours on {device}")
-    counts = dict(zip(measured.scene, measured.triangles, strict=True))
-    for name, substitute in chosen.scenes.items():
-        print(f"for {name}: {substitute}, {counts[name]:,} triangles")
-    print(table(rows))
-    for line in (*turned(rows), *misranked(chosen, rows)):
+    sizes, *scenes = heading(chosen, measured)
+    for line in (f"{sizes}; ours on {device}", *scenes, table(rows)):
         print(line)
-    if "error" in measured:
-        for error in measured["error"].dropna().unique():
-            print(f"a row without times could not be rendered: {error}")
-    missing = {row.name for row in chosen.rows} - {row["row"] for row in rows}
-    if missing:
-        print(f"left out, because this version has no such method: {', '.join(sorted(missing))}")
-    for name, reason in chosen.left_out.items():
-        print(f"left out: {name}, because {reason}")
-    if chosen.remark:
-        print(chosen.remark)
+    for line in (*turned(rows), *remarks(chosen, rows, measured)):
+        print(line)
