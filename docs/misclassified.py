@@ -202,3 +202,33 @@ def false_shadows() -> str:
         + ", ".join(f"{count:,} in `{name}`" for name, count in counts.items())
         + "."
     )
+
+
+def engines() -> str:
+    """Both engines beside each other, with the default lookup: all scenes together, and the scene
+    in which the GPU engine's ratio is farthest from one."""
+    rows = []
+    for kind in ("directional", "point"):
+        own, other = (
+            by_lookup(read(RESULTS / "accuracy" / f"{name}.parquet")).query("lookup == 'auto'")
+            for name in (kind, f"{kind}-llvmpipe")
+        )
+        sums = [
+            each.groupby(["method", "scene"], sort=False)["misclassified"].sum()
+            for each in (own, other)
+        ]
+        for method in other["method"].unique():
+            cpu, gpu = (of[method] for of in sums)
+            ratios = cpu / gpu
+            scene = ratios.where(ratios > 1.0, 1.0 / ratios).idxmax()
+            rows.append(
+                {
+                    "lights": kind,
+                    "method": f"`{method.partition(',')[0]}`{''.join(method.partition(',')[1:])}",
+                    "CPU engine": int(cpu.sum()),
+                    "GPU engine": int(gpu.sum()),
+                    "ratio": f"{cpu.sum() / gpu.sum():.3f}",
+                    "farthest from 1": f"{ratios[scene]:.3f}, {scene}",
+                }
+            )
+    return markdown(rows)

@@ -16,6 +16,7 @@ from typing import Any
 import matplotlib as mpl
 import misclassified
 import pandas as pd
+import paper_tables
 import times
 from cells import DOCS, RESULTS, markdown
 
@@ -194,10 +195,12 @@ WHAT = {
     "every camera and light of `scenes.json`, and six random lights from each camera",
     "accuracy/directional": "`desired_view`, `rtw` and `notw` in every directional light of the "
     "scenes and in 20 random ones from each camera",
+    "accuracy/directional-llvmpipe": "the same suns by the GPU engine",
     "accuracy/directional-edges": "`desired_view`, `rtw` and `notw` in directional lights by which "
     "the camera sees an edge of a shadow",
     "accuracy/directional-1080p": "`desired_view`, `rtw` and `notw` at 1920 x 1080, maps of 1024²",
     "accuracy/point": "methods for point lights by lookup; half of the random lights are in view",
+    "accuracy/point-llvmpipe": "the same point lights by the GPU engine",
     "accuracy/point-1080p": "methods for point lights at 1920 x 1080, maps of 1024²",
     "accuracy/spot-1080p": "methods for spot lights at 1920 x 1080, maps of 1024²",
     "accuracy/pages": "`virtual` and cascades with as many texels; suns by which the camera sees "
@@ -210,6 +213,7 @@ WHAT = {
     "demo/cpu": "every method on the built-in colonnade, 1920 x 1080, maps of 1024²",
     "newcomer/steps": "the way from a clone to a picture of one's own, without what was downloaded "
     "before; beside it what each step printed",
+    **paper_tables.WHAT,
     "papers/rankings": "the papers' methods as published, by scenes and random lights",
     "growth/cpu": "time and memory by triangles, pixels, threads, and where much lies together",
     "masks/sponza": "what the holes of a fence and of leaves cost, and that no pixel is wrong",
@@ -301,6 +305,7 @@ def filtered_views() -> str:
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
+    **paper_tables.BLOCKS,
     "papers, rows": lambda: markdown(rows_of_papers.commands()),
     "six rows": times.six_rows,
     "demo, directional light": lambda: demo(0),
@@ -322,6 +327,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "point": lambda: misclassified.positional("point"),
     "point-1080p": lambda: misclassified.positional("point-1080p"),
     "spot-1080p": lambda: misclassified.positional("spot-1080p"),
+    "engines": misclassified.engines,
     "cuts": lambda: misclassified.cuts("point"),
     "cuts-1080p": lambda: misclassified.cuts("point-1080p"),
     "false shadows": misclassified.false_shadows,
