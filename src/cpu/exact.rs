@@ -55,11 +55,7 @@ pub fn exact(
     // Zeros, which the threads that fill them in come upon first: the system hands them out as they are touched.
     let mut visibility = vec![0.0; width * image.tiling.height];
     let mut extents = sampled_extents(&receivers, &seen);
-    let known = known.filter(|grids| grids.are_of(scene, light));
-    let mut grids = match known {
-        Some(grids) => (*grids).clone(),
-        None => Grids::new(scene, light, views.len()),
-    };
+    let mut grids = Grids::of(known, scene, light, views.len());
     grids.fit(&mut extents);
     let mut open: Vec<_> = cut(&mut visibility, image.tiling)
         .into_iter()
@@ -108,7 +104,8 @@ pub fn exact(
     }
 }
 
-fn milliseconds(start: Instant) -> f64 {
+/// Since a start.
+pub fn milliseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
 

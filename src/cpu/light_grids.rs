@@ -57,7 +57,7 @@ struct FittedGrid {
 }
 
 impl Grids {
-    pub fn new(scene: &Scene, light: &Light, views: usize) -> Self {
+    fn new(scene: &Scene, light: &Light, views: usize) -> Self {
         Self {
             generation: scene.generation(),
             light: light.clone(),
@@ -65,7 +65,15 @@ impl Grids {
         }
     }
 
-    pub fn are_of(&self, scene: &Scene, light: &Light) -> bool {
+    /// Those that are known, if they are of the scene as it is and of the light; else none yet.
+    pub fn of(known: Option<Arc<Self>>, scene: &Scene, light: &Light, views: usize) -> Self {
+        match known.filter(|grids| grids.are_of(scene, light)) {
+            Some(grids) => (*grids).clone(),
+            None => Self::new(scene, light, views),
+        }
+    }
+
+    fn are_of(&self, scene: &Scene, light: &Light) -> bool {
         self.generation == scene.generation() && self.light == *light
     }
 

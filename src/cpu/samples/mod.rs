@@ -18,7 +18,7 @@ mod squares;
 mod tests;
 
 use super::bins::Cover;
-use super::exact::{sampled_extents, views};
+use super::exact::{milliseconds, sampled_extents, views};
 use super::extents::Extent;
 use super::frame::{
     CASTER_TESTS_LABEL, KeptParts, LIGHT_GRID_LABEL, RECEIVERS_LABEL, VISIBILITY_LABEL, check_image,
@@ -82,12 +82,7 @@ pub fn count_samples(
     let seen = views.iter().map(|view| ViewFromEye::new(view, camera.eye));
     let seen: Vec<_> = seen.collect();
     let mut extents = sampled_extents(&receivers, &seen);
-    let known = kept.grids.known();
-    let known = known.filter(|grids| grids.are_of(scene, light));
-    let mut grids = match known {
-        Some(grids) => (*grids).clone(),
-        None => Grids::new(scene, light, views.len()),
-    };
+    let mut grids = Grids::of(kept.grids.known(), scene, light, views.len());
     grids.fit(&mut extents);
     let of_receivers = milliseconds(start);
     let mut tiles = TilesToDo::new(&covers);
@@ -127,10 +122,6 @@ pub fn count_samples(
             (CASTER_TESTS_LABEL, of_tests),
         ],
     })
-}
-
-fn milliseconds(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e3
 }
 
 /// Tiles without an answer, by their numbers.
