@@ -5,6 +5,7 @@
 
 use crate::gpu;
 use crate::lanes::Lane;
+use glam::DVec3;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wgpu::util::DeviceExt;
 
@@ -226,6 +227,16 @@ impl Random {
     /// From 0 to 1.
     pub fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// From -1 to 1.
+    pub fn signed(&mut self) -> f64 {
+        2.0 * self.share() - 1.0
+    }
+
+    /// Of such coordinates.
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.signed(), self.signed(), self.signed())
     }
 
     /// From a millionth to a million, of either sign, or what a formula may stumble on.

@@ -8,10 +8,10 @@ use super::rasterize::{NONE, Painter, rasterize};
 use super::receivers::{
     BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, faces_around,
 };
-use super::shapes::{Corners, Shapes};
+use super::tests::{flat_view, prepared};
 use super::tile_rays::{Places, Taken, TileRays};
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
-use super::view::{Nearness, Place, View};
+use super::view::{Nearness, View};
 use crate::camera::{Camera, Rays};
 use crate::fits::central::turned_cube_faces;
 use crate::light::Light;
@@ -20,30 +20,22 @@ use crate::twin::Random;
 use fearless_simd::prelude::*;
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, DVec4};
 
-fn signed(random: &mut Random) -> f64 {
-    2.0 * random.share() - 1.0
-}
-
-fn vector(random: &mut Random) -> DVec3 {
-    DVec3::new(signed(random), signed(random), signed(random))
-}
-
 /// Triangles of all sizes around the origin: some reach behind a camera there, or far beside what it sees.
 fn triangles(random: &mut Random, count: usize) -> Scene {
     let mut vertices = Vec::new();
     for _ in 0..count {
-        let size = 10_f64.powf(1.5 * signed(random));
-        let middle = 2.0 * vector(random);
-        vertices.extend([0; 3].map(|_| middle + size * vector(random)));
+        let size = 10_f64.powf(1.5 * random.signed());
+        let middle = 2.0 * random.vector();
+        vertices.extend([0; 3].map(|_| middle + size * random.vector()));
     }
     let triangles = (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
     Scene::new(vertices, triangles.collect()).unwrap()
 }
 
 fn camera(random: &mut Random, (width, height): (u32, u32), range: (f64, f64)) -> Camera {
-    let turn = DQuat::from_axis_angle(vector(random).normalize(), 3.0 * random.share());
+    let turn = DQuat::from_axis_angle(random.vector().normalize(), 3.0 * random.share());
     let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
-    let pose = DMat4::from_rotation_translation(turn, 0.3 * vector(random));
+    let pose = DMat4::from_rotation_translation(turn, 0.3 * random.vector());
     Camera::new(pose, DVec2::splat(half.x), half, (width, height), range).unwrap()
 }
 
@@ -157,7 +149,7 @@ fn texels_whose_rays_an_edge_nearly_passes_are_right() {
     for round in 0..300 {
         let middle = (DVec2::new(random.share(), random.share()) * 0.4 + 0.3) * GRID as f64;
         let size = 10_f64.powf(2.5 * random.share());
-        let corners = [0; 3].map(|_| middle.extend(1.0) + size * vector(&mut random));
+        let corners = [0; 3].map(|_| middle.extend(1.0) + size * random.vector());
         let scene = Scene::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
         // Rays near the edges and the corners: those of a block are close to each other, or those of the tile.
         let is_one = random.below(2) == 0;
@@ -173,7 +165,7 @@ fn texels_whose_rays_an_edge_nearly_passes_are_right() {
             for i in 0..BLOCK * BLOCK {
                 let (column, row) = (block % BLOCKS * BLOCK, block / BLOCKS * BLOCK);
                 let texel = (row + i / BLOCK) * TILE + column + i % BLOCK;
-                let at = near + reach * vector(&mut random).truncate();
+                let at = near + reach * random.vector().truncate();
                 (places[0][texel], places[1][texel]) = (at.x, at.y);
             }
         }
@@ -249,7 +241,7 @@ fn a_cell_lists_every_triangle_over_it_with_room_for_it() {
                 continue;
             };
             // Where rounding may put a receiver there.
-            let off = f64::from(grid.view.rounding()) * vector(&mut random).truncate();
+            let off = f64::from(grid.view.rounding()) * random.vector().truncate();
             let place = (place + off).clamp(DVec2::ZERO, DVec2::splat(GRID as f64 - 0.01));
             let cell = grid.cell(place.x as usize / CELL, place.y as usize / CELL);
             let [u, v] = place.as_vec2().to_array();
@@ -321,11 +313,11 @@ fn pixels_whose_middles_an_edge_nearly_passes_are_right() {
     for round in 0..40 {
         // A rectangle, turned by a hair's breadth, whose sides pass the middles of pixels, all but.
         let mut near = |from: f64| {
-            let off = 10_f64.powf(4.0 * random.share() - 7.0) * signed(&mut random).signum();
+            let off = 10_f64.powf(4.0 * random.share() - 7.0) * random.signed().signum();
             from + random.below(30) as f64 + 0.5 + off
         };
         let ([x0, y0], [x1, y1]) = ([near(0.0), near(0.0)], [near(90.0), near(60.0)]);
-        let turn = 1e-6 * signed(&mut random);
+        let turn = 1e-6 * random.signed();
         let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
         let corner = |(x, y): (f64, f64)| DVec3::new(x + turn * y, y - turn * x, 1.0);
         let corners = corners.map(corner).to_vec();
@@ -377,7 +369,7 @@ fn tested(random: &mut Random) -> Tested {
     let origin = DVec2::new(random.share(), random.share()) * GRID as f64;
     let size = 10_f64.powf(3.5 * random.share() - 1.0);
     let [a, b, c] = [0; 3].map(|_| {
-        let step = vector(random);
+        let step = random.vector();
         origin.extend(0.0) + DVec3::new(size, size, 100.0) * step
     });
     let scene = Scene::new(vec![a, b, c], vec![[0, 1, 2]]).unwrap();
@@ -390,19 +382,11 @@ fn tested(random: &mut Random) -> Tested {
     let mut place = a.lerp(b, random.share()).lerp(c, far).truncate();
     place += 10_f64.powf(5.0 * random.share() - 5.0) * DVec2::from_angle(6.3 * random.share());
     let plane = flat_view().nearness_of_plane(&scene, place, 0);
-    let off = 10_f64.powf(8.0 * random.share() - 7.0) * signed(random).signum();
+    let off = 10_f64.powf(8.0 * random.share() - 7.0) * random.signed().signum();
     Tested {
         scene,
         place,
         nearness: plane + off,
-    }
-}
-
-/// Columns, rows and nearness are the point's own coordinates.
-fn flat_view() -> View {
-    View {
-        rows: [DVec4::X, DVec4::Y, DVec4::W],
-        ..light_view()
     }
 }
 
@@ -413,11 +397,8 @@ fn answer<S: Simd>(
     tested: &Tested,
     origin: [f32; 2],
 ) -> Option<(bool, bool)> {
-    let places: Vec<Place> = view.places(&tested.scene);
-    let corners = Corners::new(simd, &places, [[0, 1, 2]; LANES]);
-    let wide = corners.wide(simd, view) & 1 != 0;
     let side = 2.0 * CELL as f32;
-    let mut shapes = Shapes::new(simd, &corners.relative_to(origin), view.rounding(), side);
+    let (mut shapes, wide) = prepared(simd, &view.places(&tested.scene), view, origin, side);
     if wide {
         let seen = (view, &tested.scene);
         let at = DVec2::new(f64::from(origin[0]), f64::from(origin[1]));
@@ -440,7 +421,7 @@ fn a_receiver_is_hit_or_missed_for_sure_only_where_float64_says_so() {
     for round in 0..100_000 {
         let tested = tested(&mut random);
         // The first receiver of a cell, near the one that is tested.
-        let step = DVec2::new(signed(&mut random), signed(&mut random)) * CELL as f64;
+        let step = DVec2::new(random.signed(), random.signed()) * CELL as f64;
         let origin = (tested.place + step).as_vec2().to_array();
         let found = dispatch!(level(), simd => answer(simd, &view, &tested, origin));
         let Some((hit, maybe)) = found else {
@@ -470,16 +451,16 @@ fn receivers_face_the_light_and_fall_where_its_views_see_them() {
         let scene = triangles(&mut random, 12);
         let camera = camera(&mut random, (40, 24), (1e-3, f64::INFINITY));
         let image = rasterize(&View::of_camera(&camera), &scene);
-        let place = 2.0 * vector(&mut random);
+        let place = 2.0 * random.vector();
         // In the plane of a triangle that is seen, but for rounding.
         let seen = image.triangles.iter().find(|&&id| id != NONE);
         let [a, b, c] = scene.corners(*seen.unwrap_or(&0));
-        let in_plane = a.lerp(b, signed(&mut random)).lerp(c, signed(&mut random));
+        let in_plane = a.lerp(b, random.signed()).lerp(c, random.signed());
         let light = match round % 4 {
             0 => Light::directional(place),
             1 => Light::point(place),
             2 => Light::point(in_plane),
-            _ => Light::spot(place, vector(&mut random), 1.0),
+            _ => Light::spot(place, random.vector(), 1.0),
         };
         let light = light.unwrap();
         let receivers = Receivers::new(&scene, &image, &camera, &light);
@@ -513,8 +494,8 @@ fn a_receiver_where_faces_of_a_cube_meet_is_in_one_of_them() {
         let camera = camera(&mut random, (8, 8), (1e-3, f64::INFINITY));
         let image = rasterize(&View::of_camera(&camera), &scene);
         let receivers = Receivers::new(&scene, &image, &camera, &light);
-        let turn = DQuat::from_axis_angle(vector(&mut random).normalize(), 3.0 * random.share());
-        let (position, cube) = (2.0 * vector(&mut random), DMat3::from_quat(turn));
+        let turn = DQuat::from_axis_angle(random.vector().normalize(), 3.0 * random.share());
+        let (position, cube) = (2.0 * random.vector(), DMat3::from_quat(turn));
         let layers = turned_cube_faces(position, cube, scene.bounds());
         let spaces: Vec<_> = layers
             .iter()

@@ -315,23 +315,10 @@ mod tests {
     use super::*;
     use crate::cpu::lanes::{dispatch, level};
     use crate::cpu::light_grid::{CELL, GRID};
+    use crate::cpu::tests::{flat_view, prepared};
     use crate::cpu::tiles::TILE;
-    use crate::cpu::view::Nearness;
     use crate::twin::Random;
-    use glam::{DVec3, DVec4};
-
-    /// Columns, rows and nearness are the point's own coordinates.
-    fn flat_view() -> View {
-        View {
-            origin: DVec3::ZERO,
-            rows: [DVec4::X, DVec4::Y, DVec4::W],
-            nearness: Nearness::Linear(DVec4::Z),
-            width: GRID,
-            height: GRID,
-            seen: (f64::NEG_INFINITY, f64::INFINITY),
-            light: None,
-        }
-    }
+    use glam::DVec3;
 
     /// A triangle around a place, from a thousandth of a unit to thousands of them, often a sliver.
     fn triangle(random: &mut Random, around: DVec2) -> Scene {
@@ -420,20 +407,6 @@ mod tests {
             }
         }
         assert!(sure[0] > 20_000 && sure[1] > 50_000, "{sure:?}");
-    }
-
-    #[inline(always)]
-    fn prepared<S: Simd>(
-        simd: S,
-        places: &[Place],
-        view: &View,
-        origin: [f32; 2],
-        side: f32,
-    ) -> (Shapes, bool) {
-        let corners = Corners::new(simd, places, [[0, 1, 2]; LANES]);
-        let wide = corners.wide(simd, view) & 1 != 0;
-        let corners = corners.relative_to(origin);
-        (Shapes::new(simd, &corners, view.rounding(), side), wide)
     }
 
     #[test]

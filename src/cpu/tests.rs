@@ -1,15 +1,18 @@
 //! The engine against the reference, pixel by pixel, on scenes that are hard for float32.
 
 use super::exact::{Answer, exact};
+use super::lanes::{LANES, Simd};
+use super::light_grid::GRID;
 use super::rasterize::{Image, NONE, rasterize};
-use super::view::View;
+use super::shapes::{Corners, Shapes};
+use super::view::{Nearness, Place, View};
 use crate::bvh::{Everything, Search};
 use crate::camera::{Camera, Rays};
 use crate::light::Light;
 use crate::reference::{Reference, reference};
 use crate::scene::Scene;
 use crate::twin::Random;
-use glam::{DMat4, DQuat, DVec2, DVec3};
+use glam::{DMat4, DQuat, DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
 #[cfg(test)]
@@ -21,12 +24,32 @@ mod importance;
 #[cfg(test)]
 mod pages;
 
-fn signed(random: &mut Random) -> f64 {
-    2.0 * random.share() - 1.0
+/// Columns, rows and nearness are the point's own coordinates.
+pub(super) fn flat_view() -> View {
+    View {
+        origin: DVec3::ZERO,
+        rows: [DVec4::X, DVec4::Y, DVec4::W],
+        nearness: Nearness::Linear(DVec4::Z),
+        width: GRID,
+        height: GRID,
+        seen: (f64::NEG_INFINITY, f64::INFINITY),
+        light: None,
+    }
 }
 
-fn vector(random: &mut Random) -> DVec3 {
-    DVec3::new(signed(random), signed(random), signed(random))
+/// The shapes of a scene's one triangle around an origin, and whether they are for float64 to set up.
+#[inline(always)]
+pub(super) fn prepared<S: Simd>(
+    simd: S,
+    places: &[Place],
+    view: &View,
+    origin: [f32; 2],
+    side: f32,
+) -> (Shapes, bool) {
+    let corners = Corners::new(simd, places, [[0, 1, 2]; LANES]);
+    let wide = corners.wide(simd, view) & 1 != 0;
+    let corners = corners.relative_to(origin);
+    (Shapes::new(simd, &corners, view.rounding(), side), wide)
 }
 
 fn scene_of(corners: &[[DVec3; 3]]) -> Scene {
@@ -39,17 +62,17 @@ fn scene_of(corners: &[[DVec3; 3]]) -> Scene {
 fn soup(random: &mut Random, count: usize) -> Vec<[DVec3; 3]> {
     let mut corners = Vec::new();
     while corners.len() < count {
-        let size = 10_f64.powf(1.5 * signed(random) - 1.0);
-        let a = vector(random);
-        let (b, c) = (a + size * vector(random), a + size * vector(random));
+        let size = 10_f64.powf(1.5 * random.signed() - 1.0);
+        let a = random.vector();
+        let (b, c) = (a + size * random.vector(), a + size * random.vector());
         // One is far larger than what is seen.
         if corners.len() == count / 2 {
-            corners.push([a, a + 1e3 * vector(random), a + 1e3 * vector(random)]);
+            corners.push([a, a + 1e3 * random.vector(), a + 1e3 * random.vector()]);
         }
         match corners.len() % 5 {
             0 => corners.push([a, b, c]),
-            1 => corners.push([a, b, a.lerp(b, 0.4) + 1e-7 * vector(random)]),
-            2 => corners.extend([[a, b, c], [c, b, vector(random)]]),
+            1 => corners.push([a, b, a.lerp(b, 0.4) + 1e-7 * random.vector()]),
+            2 => corners.extend([[a, b, c], [c, b, random.vector()]]),
             3 => corners.push([a, a + DVec3::X * size, a + DVec3::Z * size]),
             _ => corners.push([a, a, b]),
         }
@@ -74,7 +97,7 @@ fn orthographic(camera: &Camera, reach: f64) -> Camera {
 }
 
 fn any_turn(random: &mut Random) -> DQuat {
-    DQuat::from_axis_angle(vector(random).normalize(), 3.0 * random.share())
+    DQuat::from_axis_angle(random.vector().normalize(), 3.0 * random.share())
 }
 
 /// The first triangles row by row, -1 for none.
@@ -130,14 +153,14 @@ fn assert_right_by(
 }
 
 fn lights(random: &mut Random, scale: f64) -> Vec<Light> {
-    let near = scale * vector(random);
+    let near = scale * random.vector();
     vec![
-        Light::directional(vector(random)).unwrap(),
+        Light::directional(random.vector()).unwrap(),
         Light::directional(DVec3::NEG_Y).unwrap(),
-        Light::point(2.0 * scale * vector(random)).unwrap(),
+        Light::point(2.0 * scale * random.vector()).unwrap(),
         Light::point(near).unwrap(),
         Light::spot(2.0 * near, -near, 0.6).unwrap(),
-        Light::hemisphere(near, vector(random)).unwrap(),
+        Light::hemisphere(near, random.vector()).unwrap(),
     ]
 }
 
@@ -153,7 +176,7 @@ fn pixels_of_any_soup_are_right() {
         let scene = scene_of(&corners.collect::<Vec<_>>());
         let distance = [0.0, 1.0, 3.0][round / 3 % 3];
         let turn = any_turn(&mut random);
-        let eye = scale * distance * (turn * DVec3::Z) + 0.1 * scale * vector(&mut random);
+        let eye = scale * distance * (turn * DVec3::Z) + 0.1 * scale * random.vector();
         let range = (1e-9 * scale, [f64::INFINITY, 2.0 * scale][round % 2]);
         let camera = camera_at(eye, turn, (75, 41), range);
         let parallel = orthographic(&camera, scale);
@@ -186,12 +209,8 @@ fn a_tiny_dense_object_on_a_huge_floor_casts_its_shadow() {
     let mut random = Random(3);
     let mut corners = floor(100.0);
     for _ in 0..600 {
-        let a = DVec3::new(0.02, 0.03, 0.02) * vector(&mut random) + DVec3::Y * 0.04;
-        corners.push([
-            a,
-            a + 0.004 * vector(&mut random),
-            a + 0.004 * vector(&mut random),
-        ]);
+        let a = DVec3::new(0.02, 0.03, 0.02) * random.vector() + DVec3::Y * 0.04;
+        corners.push([a, a + 0.004 * random.vector(), a + 0.004 * random.vector()]);
     }
     let scene = scene_of(&corners);
     let down = DQuat::from_rotation_x(-0.5);
@@ -268,7 +287,7 @@ fn a_lamp_in_the_plane_of_a_ceiling_lights_all_below_it() {
         let down = turn * DQuat::from_rotation_x(-1.3);
         let camera = camera_at(eye, down, (64, 48), (1e-3, f64::INFINITY));
         let image = rasterize(&View::of_camera(&camera), &scene);
-        let place = turn * DVec3::new(2.0 * signed(&mut random), 3.0, 2.0 * signed(&mut random));
+        let place = turn * DVec3::new(2.0 * random.signed(), 3.0, 2.0 * random.signed());
         let light = Light::point(place).unwrap();
         let visibility = exact(&scene, &image, &camera, &light, None).visibility;
         let ids = triangle_ids(&image);
@@ -298,7 +317,7 @@ fn large_triangles_over_each_other_share_cells() {
     let mut random = Random(5);
     let mut corners = floor(3.0);
     for _ in 0..2500 {
-        let mut at = || vector(&mut random) * DVec3::new(3.0, 0.01, 3.0) + DVec3::Y;
+        let mut at = || random.vector() * DVec3::new(3.0, 0.01, 3.0) + DVec3::Y;
         corners.push([at(), at(), at()]);
     }
     let scene = scene_of(&corners);

@@ -4,33 +4,24 @@ use super::super::exact::exact;
 use super::super::lanes::{Simd, dispatch, f32x16, level};
 use super::super::light_grid::{CELL, GRID};
 use super::super::rasterize::{NONE, rasterize};
-use super::super::shapes::{Corners, Shapes};
-use super::super::view::Nearness;
+use super::super::shapes::Shapes;
+use super::super::tests::{flat_view, prepared};
 use super::draw::{DrawnSamples, SampledTile};
 use super::*;
 use crate::camera::Rays;
 use crate::cpu::bins::Cover;
-use crate::cpu::lanes::LANES;
 use crate::cpu::tiles::TILE;
 use crate::twin::Random;
 use fearless_simd::prelude::*;
-use glam::{DMat4, DQuat, DVec3, DVec4};
-
-fn signed(random: &mut Random) -> f64 {
-    2.0 * random.share() - 1.0
-}
-
-fn vector(random: &mut Random) -> DVec3 {
-    DVec3::new(signed(random), signed(random), signed(random))
-}
+use glam::{DMat4, DQuat, DVec3};
 
 /// Triangles of all sizes, some beside each other in strips, some around the eye or across it.
 fn triangles(random: &mut Random, count: usize) -> Scene {
     let mut vertices: Vec<DVec3> = Vec::new();
     for i in 0..count {
-        let size = 10_f64.powf(1.5 * signed(random) - 0.5);
-        let middle = 2.0 * vector(random);
-        let mut corners = [0; 3].map(|_| middle + size * vector(random));
+        let size = 10_f64.powf(1.5 * random.signed() - 0.5);
+        let middle = 2.0 * random.vector();
+        let mut corners = [0; 3].map(|_| middle + size * random.vector());
         if i > 0 && random.below(3) > 0 {
             // At an edge of the last one.
             let end = vertices.len();
@@ -43,8 +34,8 @@ fn triangles(random: &mut Random, count: usize) -> Scene {
 }
 
 fn camera(random: &mut Random, (width, height): (u32, u32)) -> Camera {
-    let turn = DQuat::from_axis_angle(vector(random).normalize(), 3.0 * random.share());
-    let pose = DMat4::from_rotation_translation(turn, 0.5 * vector(random));
+    let turn = DQuat::from_axis_angle(random.vector().normalize(), 3.0 * random.share());
+    let pose = DMat4::from_rotation_translation(turn, 0.5 * random.vector());
     let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
     let range = [(1e-3, f64::INFINITY), (0.3, 2.5)][random.below(2)];
     let camera = Camera::new(pose, DVec2::splat(half.x), half, (width, height), range).unwrap();
@@ -68,8 +59,8 @@ fn places(random: &mut Random, count: usize) -> Vec<DVec2> {
 }
 
 fn light(random: &mut Random) -> Light {
-    let position = 1.5 * vector(random);
-    let direction = vector(random).normalize();
+    let position = 1.5 * random.vector();
+    let direction = random.vector().normalize();
     match random.below(4) {
         0 => Light::point(position).unwrap(),
         1 => Light::spot(position, -position.normalize(), 0.6).unwrap(),
@@ -167,19 +158,6 @@ fn samples_are_lit_where_moved_cameras_say_so() {
     assert!(decided.min(effort.open_pixels) > 5_000, "{effort:?}");
 }
 
-/// Columns, rows and nearness are the point's own coordinates.
-fn flat_view() -> View {
-    View {
-        origin: DVec3::ZERO,
-        rows: [DVec4::X, DVec4::Y, DVec4::W],
-        nearness: Nearness::Linear(DVec4::Z),
-        width: GRID,
-        height: GRID,
-        seen: (f64::NEG_INFINITY, f64::INFINITY),
-        light: None,
-    }
-}
-
 /// A parallelogram: its middle, and half of two of its sides.
 type Parallelogram = [DVec3; 3];
 
@@ -189,17 +167,17 @@ fn parallelogram(random: &mut Random, scene: &Scene, origin: DVec2) -> Parallelo
     let i = random.below(3);
     let edge = corners[i].lerp(corners[(i + 1) % 3], random.share());
     let reach = 10_f64.powf(2.0 * random.share() - 2.0);
-    let near = edge + 10_f64.powf(4.0 * random.share() - 4.0) * vector(random);
+    let near = edge + 10_f64.powf(4.0 * random.share() - 4.0) * random.vector();
     let half = 0.5 * CELL as f64;
     let is_near = (near.truncate() - origin).abs().max_element() < 2.0 * half;
-    let anywhere = DVec2::new(signed(random), signed(random)) * 2.0 * half;
-    let z = edge.z - 10_f64.powf(6.0 * random.share() - 5.0) * signed(random).signum();
+    let anywhere = DVec2::new(random.signed(), random.signed()) * 2.0 * half;
+    let z = edge.z - 10_f64.powf(6.0 * random.share() - 5.0) * random.signed().signum();
     let middle = match is_near {
         true => near.truncate().extend(z),
         false => (origin + anywhere).extend(z),
     };
-    let slope = 10_f64.powf(3.0 * signed(random));
-    let mut side = || vector(random) * DVec3::new(reach, reach, reach * slope);
+    let slope = 10_f64.powf(3.0 * random.signed());
+    let mut side = || random.vector() * DVec3::new(reach, reach, reach * slope);
     let rounded = |v: DVec3| v.as_vec3().as_dvec3();
     let (one, other) = (rounded(side()), rounded(side()));
     [rounded(middle), one, other]
@@ -220,23 +198,6 @@ fn tested<S: Simd>(
     [hit & 1 != 0, maybe & 1 != 0]
 }
 
-#[inline(always)]
-fn set_up<S: Simd>(
-    simd: S,
-    scene: &Scene,
-    view: &View,
-    origin: [f32; 2],
-    side: f32,
-) -> (Shapes, bool) {
-    let places = view.places(scene);
-    let corners = Corners::new(simd, &places, [[0, 1, 2]; LANES]);
-    let wide = corners.wide(simd, view) & 1 != 0;
-    (
-        Shapes::new(simd, &corners.relative_to(origin), view.rounding(), side),
-        wide,
-    )
-}
-
 #[test]
 fn footprints_are_decided_as_every_point_in_them() {
     let view = flat_view();
@@ -248,11 +209,12 @@ fn footprints_are_decided_as_every_point_in_them() {
         let size = 10_f64.powf(4.0 * random.share() - 1.0);
         let steepness = 10_f64.powf(4.0 * random.share() - 3.0);
         let corner = DVec3::new(size, size, size * steepness);
-        let corners = [0; 3].map(|_| around.extend(0.0) + corner * vector(&mut random));
+        let corners = [0; 3].map(|_| around.extend(0.0) + corner * random.vector());
         let scene = Scene::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
+        let places = view.places(&scene);
         let side = 1.5 * CELL as f32;
         let (mut shapes, wide) =
-            dispatch!(level(), simd => set_up(simd, &scene, &view, origin.to_array(), side));
+            dispatch!(level(), simd => prepared(simd, &places, &view, origin.to_array(), side));
         let rounding = view.rounding();
         if wide && !shapes.set_wide(0, (&view, &scene), 0, around, f64::from(side), rounding) {
             continue;
@@ -263,8 +225,8 @@ fn footprints_are_decided_as_every_point_in_them() {
         let [middle, one, other] = footprint;
         for k in 0..12 {
             let mut share = || match k {
-                0..8 => signed(&mut random).signum(),
-                _ => signed(&mut random),
+                0..8 => random.signed().signum(),
+                _ => random.signed(),
             };
             let point = middle + one * share() + other * share();
             let nearness = view.nearness_at(&scene, point.truncate(), 0);

@@ -11,8 +11,8 @@ fn heap(random: &mut Random, count: usize) -> Vec<[DVec3; 3]> {
     let size = (count as f64).powf(-1.0 / 3.0);
     let mut corners = Vec::new();
     for _ in 0..count {
-        let middle = 0.5 * vector(random) + 0.55 * DVec3::Y;
-        corners.push([0; 3].map(|_| middle + size * vector(random)));
+        let middle = 0.5 * random.vector() + 0.55 * DVec3::Y;
+        corners.push([0; 3].map(|_| middle + size * random.vector()));
     }
     corners
 }
