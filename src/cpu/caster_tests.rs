@@ -6,14 +6,13 @@
 use super::bins::triangles_of;
 use super::extents::{Extent, add_extents};
 use super::holes::Holes;
-use super::lanes::{EPSILON, LANES, Simd, bits, f32x8, f32x16, mask_bits, mask32x8, splat, u32x16};
-use super::light_grid::{
-    CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places, meets_range,
-};
+use super::lanes::{EPSILON, LANES, Simd, bits, f32x16, mask_bits, mask32x8, splat, u32x16};
+use super::light_grid::{CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, cells_of_places};
 use super::light_grids::{Crowded, SeenGrid};
 use super::receivers::{
     BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, masks_of_views,
 };
+use super::row_boxes::{RowBoxes, least_within};
 use super::shapes::{Corners, Shapes};
 use super::tiles::BLOCK;
 use crate::lanes::Each;
@@ -48,15 +47,7 @@ struct InGrid<'a, S: Simd> {
 struct InCell<S: Simd> {
     /// Which of each row are still unanswered.
     left: [u32; BLOCK],
-    /// Their box, row by row, and the farthest.
-    low_u: [f32; BLOCK],
-    high_u: [f32; BLOCK],
-    low_v: [f32; BLOCK],
-    high_v: [f32; BLOCK],
-    farthest: [f32; BLOCK],
-    /// Of all: the box, and the farthest with what rounding may do to it.
-    sides: [f32; 4],
-    limit: f32,
+    boxes: RowBoxes<4>,
     /// The middle of the cell: relative to it the shapes are set up.
     origin: [f32; 2],
     /// Of two rows each.
@@ -221,13 +212,13 @@ impl Tests<'_> {
         known: &mut KnownShapes,
     ) {
         for head in cell.heads {
-            for place in bits(head.meets(simd, in_cell.sides, in_cell.limit)) {
+            for place in bits(head.meets(simd, in_cell.boxes.sides, in_cell.boxes.limit)) {
                 let group = &cell.groups[head.ids[place] as usize];
-                let met = group.meets(simd, in_cell.sides, in_cell.limit);
+                let met = group.meets(simd, in_cell.boxes.sides, in_cell.boxes.limit);
                 if met != 0 {
                     let known = known.get(simd, self.scene, seen.grid, group, in_cell.origin);
                     self.test_group(simd, seen, (group, known), met, in_cell);
-                    if in_cell.limit == f32::INFINITY {
+                    if in_cell.boxes.limit == f32::INFINITY {
                         return;
                     }
                 }
@@ -250,15 +241,17 @@ impl Tests<'_> {
         }
         let met = met & !known.unseen;
         let met = met
-            & known
-                .shapes
-                .may_hide(simd, in_cell.box_from_origin(), in_cell.limit);
+            & known.shapes.may_hide(
+                simd,
+                in_cell.boxes.sides_from(in_cell.origin),
+                in_cell.boxes.limit,
+            );
         for lane in bits(met) {
-            let rows = in_cell.rows(simd, group, lane);
+            let rows = in_cell.boxes.rows(simd, group, lane);
             let shape = (&known.shapes, lane);
             if self.test_triangle(simd, seen, shape, group.ids[lane], rows, in_cell) {
-                in_cell.set_limit();
-                if in_cell.limit == f32::INFINITY {
+                in_cell.boxes.set_limit();
+                if in_cell.boxes.limit == f32::INFINITY {
                     return;
                 }
             }
@@ -440,13 +433,6 @@ pub fn own_lanes<S: Simd>(simd: S, ids: &[u32], id: u32) -> u32 {
     ids.simd_eq(u32x16::simd_from(simd, id)).to_bitmask() as u32
 }
 
-#[inline(always)]
-fn farthest<S: Simd>(simd: S, nearness: f32x8<S>, left: u32) -> f32 {
-    let mask = mask32x8::from_bitmask(simd, u64::from(left));
-    mask.select(nearness, splat(simd, f32::INFINITY))
-        .reduce_min()
-}
-
 impl<S: Simd> InCell<S> {
     #[inline(always)]
     fn new(
@@ -457,13 +443,7 @@ impl<S: Simd> InCell<S> {
     ) -> Self {
         let mut in_cell = Self {
             left,
-            low_u: [f32::INFINITY; BLOCK],
-            high_u: [f32::NEG_INFINITY; BLOCK],
-            low_v: [f32::INFINITY; BLOCK],
-            high_v: [f32::NEG_INFINITY; BLOCK],
-            farthest: [f32::INFINITY; BLOCK],
-            sides: [0.0; 4],
-            limit: 0.0,
+            boxes: RowBoxes::EMPTY,
             origin,
             u: [f32x16::splat(simd, 0.0); BLOCK / 2],
             v: [f32x16::splat(simd, 0.0); BLOCK / 2],
@@ -476,9 +456,14 @@ impl<S: Simd> InCell<S> {
             let mask = mask32x8::from_bitmask(simd, u64::from(left));
             let u = mask.select(places.u[i], splat(simd, one[0]));
             let v = mask.select(places.v[i], splat(simd, one[1]));
-            (in_cell.low_u[i], in_cell.high_u[i]) = (u.reduce_min(), u.reduce_max());
-            (in_cell.low_v[i], in_cell.high_v[i]) = (v.reduce_min(), v.reduce_max());
-            in_cell.farthest[i] = farthest(simd, places.nearness[i], left);
+            let sides = [
+                u.reduce_min(),
+                u.reduce_max(),
+                v.reduce_min(),
+                v.reduce_max(),
+            ];
+            let farthest = least_within(simd, places.nearness[i], left);
+            in_cell.boxes.set(i, sides, farthest);
         }
         for pair in 0..BLOCK / 2 {
             let (i, j) = (2 * pair, 2 * pair + 1);
@@ -486,8 +471,8 @@ impl<S: Simd> InCell<S> {
             in_cell.v[pair] = places.v[i].combine(places.v[j]) - origin[1];
             in_cell.nearness[pair] = places.nearness[i].combine(places.nearness[j]);
         }
-        in_cell.set_sides(simd);
-        in_cell.set_limit();
+        in_cell.boxes.set_sides(simd);
+        in_cell.boxes.set_limit();
         in_cell
     }
 
@@ -496,57 +481,9 @@ impl<S: Simd> InCell<S> {
     fn leave(&mut self, simd: S, row: usize, shadowed: u32, places: &BlockPlaces<S>) {
         for (row, shadowed) in [(row, shadowed & 0xff), (row + 1, shadowed >> LANES)] {
             self.left[row] &= !shadowed;
-            self.farthest[row] = farthest(simd, places.nearness[row], self.left[row]);
+            let farthest = least_within(simd, places.nearness[row], self.left[row]);
+            self.boxes.set_farthest(row, farthest);
         }
-    }
-
-    #[inline(always)]
-    fn set_sides(&mut self, simd: S) {
-        self.sides = [
-            f32x8::simd_from(simd, self.low_u).reduce_min(),
-            f32x8::simd_from(simd, self.high_u).reduce_max(),
-            f32x8::simd_from(simd, self.low_v).reduce_min(),
-            f32x8::simd_from(simd, self.high_v).reduce_max(),
-        ];
-    }
-
-    /// The box relative to the origin.
-    #[inline(always)]
-    fn box_from_origin(&self) -> [f32; 4] {
-        let ([low_u, high_u, low_v, high_v], [u, v]) = (self.sides, self.origin);
-        [low_u - u, high_u - u, low_v - v, high_v - v]
-    }
-
-    #[inline(always)]
-    fn set_limit(&mut self) {
-        let mut farthest = f32::INFINITY;
-        for of_row in self.farthest {
-            farthest = farthest.min(of_row);
-        }
-        self.limit = farthest - farthest.abs() * (4.0 * EPSILON);
-    }
-
-    /// The rows that a triangle of a group may shadow.
-    #[inline(always)]
-    fn rows(&self, simd: S, group: &Group, lane: usize) -> u32 {
-        let along_u = meets_range(
-            simd,
-            &self.low_u,
-            &self.high_u,
-            group.low_u[lane],
-            group.high_u[lane],
-        );
-        let along_v = meets_range(
-            simd,
-            &self.low_v,
-            &self.high_v,
-            group.low_v[lane],
-            group.high_v[lane],
-        );
-        let farthest = f32x8::simd_from(simd, self.farthest);
-        let is_nearer =
-            (farthest - farthest.abs() * (4.0 * EPSILON)).simd_lt(splat(simd, group.nearest[lane]));
-        mask_bits((along_u & along_v) & is_nearer)
     }
 }
 

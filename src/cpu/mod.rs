@@ -35,6 +35,7 @@ pub mod rasterize;
 mod ray_bins;
 mod rays;
 mod receivers;
+mod row_boxes;
 pub mod samples;
 mod shadow_edge;
 mod shadow_rays;

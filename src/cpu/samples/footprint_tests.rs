@@ -7,9 +7,10 @@
 
 use super::super::caster_tests::{Known, KnownShapes, Tests, own_lanes};
 use super::super::holes::Holes;
-use super::super::lanes::{EPSILON, LANES, Simd, bits, f32x8, f32x16, mask_bits, mask32x8, splat};
-use super::super::light_grid::{CELL, Cell, GRID, GRID_CELLS, Group, LightGrid, meets_range};
+use super::super::lanes::{EPSILON, LANES, Simd, bits, f32x8, f32x16, mask_bits, splat};
+use super::super::light_grid::{CELL, Cell, GRID, GRID_CELLS, Group, LightGrid};
 use super::super::receivers::{BlockReceivers, masks_of_views};
+use super::super::row_boxes::{RowBoxes, least_within};
 use super::super::shapes::Shapes;
 use super::super::tiles::BLOCK;
 use super::footprints::{BlockFootprints, BlockSquares};
@@ -51,13 +52,7 @@ struct InGrid<'a, S: Simd> {
 struct InCell<S: Simd> {
     /// The pixels of each row.
     within: [u32; BLOCK],
-    low_u: [f32; BLOCK],
-    high_u: [f32; BLOCK],
-    low_v: [f32; BLOCK],
-    high_v: [f32; BLOCK],
-    farthest: [f32; BLOCK],
-    sides: [f32; 4],
-    limit: f32,
+    boxes: RowBoxes<8>,
     /// The middle of the cell.
     origin: [f32; 2],
     u: [f32x16<S>; BLOCK / 2],
@@ -182,12 +177,12 @@ impl Tests<'_> {
         let origin = [column, row].map(|i| (i * CELL + CELL / 2) as f32);
         let mut in_cell = InCell::new(simd, seen, within, origin);
         for head in heads {
-            for place in bits(head.meets(simd, in_cell.sides, in_cell.limit)) {
+            for place in bits(head.meets(simd, in_cell.boxes.sides, in_cell.boxes.limit)) {
                 let group = &groups[head.ids[place] as usize];
-                let met = group.meets(simd, in_cell.sides, in_cell.limit);
+                let met = group.meets(simd, in_cell.boxes.sides, in_cell.boxes.limit);
                 if met != 0 {
                     self.footprints_of_group(simd, seen, (group, met), &mut in_cell, known);
-                    if in_cell.limit == f32::INFINITY {
+                    if in_cell.boxes.limit == f32::INFINITY {
                         return;
                     }
                 }
@@ -206,23 +201,17 @@ impl Tests<'_> {
     ) {
         let (scene, origin) = (self.scene, in_cell.origin);
         let (shapes, met) = known.of_group(simd, (scene, seen.grid), (group, met), origin);
-        let [low_u, high_u, low_v, high_v] = in_cell.sides;
-        let sides = [
-            low_u - origin[0],
-            high_u - origin[0],
-            low_v - origin[1],
-            high_v - origin[1],
-        ];
-        for lane in bits(met & shapes.may_hide(simd, sides, in_cell.limit)) {
-            let rows = in_cell.rows(simd, group, lane);
+        let sides = in_cell.boxes.sides_from(origin);
+        for lane in bits(met & shapes.may_hide(simd, sides, in_cell.boxes.limit)) {
+            let rows = in_cell.boxes.rows(simd, group, lane);
             let middle = DVec2::from(origin.map(f64::from));
             let id = group.ids[lane];
             let has_holes = scene.mask_of(id).is_some()
                 && Holes::new(&seen.grid.view, scene, id, middle).is_some();
             let triangle = (shapes, lane, id, has_holes);
             if test_triangle(simd, seen, triangle, rows, in_cell) {
-                in_cell.set_limit();
-                if in_cell.limit == f32::INFINITY {
+                in_cell.boxes.set_limit();
+                if in_cell.boxes.limit == f32::INFINITY {
                     return;
                 }
             }
@@ -336,25 +325,13 @@ impl<'a, S: Simd> InGrid<'a, S> {
     }
 }
 
-#[inline(always)]
-fn least_within<S: Simd>(simd: S, values: f32x8<S>, within: u32) -> f32 {
-    let mask = mask32x8::from_bitmask(simd, u64::from(within));
-    mask.select(values, splat(simd, f32::INFINITY)).reduce_min()
-}
-
 impl<S: Simd> InCell<S> {
     #[inline(always)]
     fn new(simd: S, seen: &InGrid<S>, within: [u32; BLOCK], origin: [f32; 2]) -> Self {
         let zero = f32x16::splat(simd, 0.0);
         let mut in_cell = Self {
             within,
-            low_u: [f32::INFINITY; BLOCK],
-            high_u: [f32::NEG_INFINITY; BLOCK],
-            low_v: [f32::INFINITY; BLOCK],
-            high_v: [f32::NEG_INFINITY; BLOCK],
-            farthest: [f32::INFINITY; BLOCK],
-            sides: [0.0; 4],
-            limit: 0.0,
+            boxes: RowBoxes::EMPTY,
             origin,
             u: [zero; BLOCK / 2],
             v: [zero; BLOCK / 2],
@@ -364,48 +341,29 @@ impl<S: Simd> InCell<S> {
                 continue;
             }
             let [u0, u1, v0, v1] = seen.boxes[i];
-            in_cell.low_u[i] = least_within(simd, u0, within);
-            in_cell.high_u[i] = -least_within(simd, -u1, within);
-            in_cell.low_v[i] = least_within(simd, v0, within);
-            in_cell.high_v[i] = -least_within(simd, -v1, within);
-            in_cell.farthest[i] = least_within(simd, seen.farthest[i], within);
+            let sides = [
+                least_within(simd, u0, within),
+                -least_within(simd, -u1, within),
+                least_within(simd, v0, within),
+                -least_within(simd, -v1, within),
+            ];
+            let farthest = least_within(simd, seen.farthest[i], within);
+            in_cell.boxes.set(i, sides, farthest);
         }
         for pair in 0..BLOCK / 2 {
             in_cell.u[pair] = seen.middle[pair][0] - origin[0];
             in_cell.v[pair] = seen.middle[pair][1] - origin[1];
         }
-        in_cell.sides = [
-            f32x8::simd_from(simd, in_cell.low_u).reduce_min(),
-            f32x8::simd_from(simd, in_cell.high_u).reduce_max(),
-            f32x8::simd_from(simd, in_cell.low_v).reduce_min(),
-            f32x8::simd_from(simd, in_cell.high_v).reduce_max(),
-        ];
-        in_cell.set_limit();
+        in_cell.boxes.set_sides(simd);
+        in_cell.boxes.set_limit();
         in_cell
     }
 
     #[inline(always)]
     fn leave(&mut self, simd: S, row: usize, shadowed: u32, farthest: f32x8<S>) {
         self.within[row] &= !shadowed;
-        self.farthest[row] = least_within(simd, farthest, self.within[row]);
-    }
-
-    #[inline(always)]
-    fn set_limit(&mut self) {
-        let farthest = self.farthest.iter().copied().fold(f32::INFINITY, f32::min);
-        self.limit = farthest - farthest.abs() * (8.0 * EPSILON);
-    }
-
-    /// The rows that a triangle of a group may shadow.
-    #[inline(always)]
-    fn rows(&self, simd: S, group: &Group, lane: usize) -> u32 {
-        let (u0, u1) = (group.low_u[lane], group.high_u[lane]);
-        let (v0, v1) = (group.low_v[lane], group.high_v[lane]);
-        let along_u = meets_range(simd, &self.low_u, &self.high_u, u0, u1);
-        let along_v = meets_range(simd, &self.low_v, &self.high_v, v0, v1);
-        let farthest = f32x8::simd_from(simd, self.farthest);
-        let limit = farthest - farthest.abs() * (8.0 * EPSILON);
-        mask_bits((along_u & along_v) & limit.simd_lt(splat(simd, group.nearest[lane])))
+        let farthest = least_within(simd, farthest, self.within[row]);
+        self.boxes.set_farthest(row, farthest);
     }
 }
 
