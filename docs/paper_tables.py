@@ -19,8 +19,8 @@ FOLDER = RESULTS / "papers"
 def paper_table(name: str) -> str:
     """A table beside the paper's figures, what it was measured with, and what is to be said of it;
     before it was measured, its command."""
-    file = FOLDER / f"{name}.csv"
-    if not file.exists():
+    file = next(FOLDER.glob(f"{name}.*"), None)
+    if file is None:
         return f"Not measured by this version: `lixel lab papers {name}`."
     measured = read(file)
     made = measured.attrs

@@ -285,7 +285,7 @@ def ranked(part: str) -> str:
 def filtered(column: str) -> str:
     """By filter and radius: means over the views of a folder, or of leaks those of the two roofs;
     in hundredths."""
-    table = read(RESULTS / "filters" / "cpu.csv")
+    table = read(RESULTS / "filters" / "cpu.parquet")
     is_leaking = table["scene"] == filters.LEAKING
     views = table[is_leaking if column == "leak" else ~is_leaking]
     means = 100.0 * views.pivot_table(index="filter", columns="radius", values=column, sort=False)
@@ -296,7 +296,7 @@ def filtered(column: str) -> str:
 
 
 def filtered_views() -> str:
-    table = read(RESULTS / "filters" / "cpu.csv")
+    table = read(RESULTS / "filters" / "cpu.parquet")
     views = table[table["scene"] != filters.LEAKING]
     return (
         f"{len(views.groupby(['scene', 'light']))} views of {views['scene'].nunique()} scenes, "

@@ -11,11 +11,9 @@ import lixel as lx
 from lixel import cli, scenes
 from lixel.lab import papers
 from lixel.lab.papers import chong_gortler
-from lixel.lab.result_tables import read
+from lixel.lab.result_tables import read, save
 
 TABLE_1 = ["lab", "papers", "chong-1", "--quick"]
-
-HEADER = 5  # what made a table, and the names of its columns
 
 
 def test_lights_are_the_same_at_every_call_and_come_from_above():
@@ -66,12 +64,11 @@ def test_papers_command_prints_table_1_and_resumes(small, capsys, tmp_path, monk
         assert name in printed
     for fits in chong_gortler.FITS.values():
         assert set(fits) < set(chong_gortler.methods(200))
-    path = tmp_path / "chong-1.csv"
-    whole = path.read_text()
-    assert len(whole.splitlines()) == HEADER + 2 * len(chong_gortler.methods(200))
+    path = tmp_path / "chong-1.parquet"
+    whole = read(path)
+    assert len(whole) == 2 * len(chong_gortler.methods(200))
     # The second light is lost and measured again, the first is not.
-    lines = whole.splitlines(keepends=True)
-    path.write_text("".join(lines[: HEADER + len(chong_gortler.methods(200))]))
+    save(whole[whole["light"] == 0], path)
     truths = []
 
     def reference(*view):
@@ -81,7 +78,8 @@ def test_papers_command_prints_table_1_and_resumes(small, capsys, tmp_path, monk
     monkeypatch.setattr(chong_gortler, "reference", reference)
     assert cli.main([*TABLE_1, "--lights", "2", "-o", str(tmp_path)]) == 0
     assert len(truths) == 1
-    assert path.read_text() == whole
+    assert read(path).equals(whole)
+    assert read(path).attrs == whole.attrs
     assert capsys.readouterr().out == printed
 
 
@@ -90,7 +88,7 @@ def test_another_scene_is_seen_by_the_camera_of_its_views(tmp_path, capsys):
     (tmp_path / "views.json").write_text(json.dumps({"cameras": [camera]}))
     given = ["--scene", "plane_and_box", "--views", str(tmp_path / "views.json")]
     assert cli.main([*TABLE_1, *given, "--lights", "1", "-o", str(tmp_path)]) == 0
-    table = read(tmp_path / "chong-1.csv")
+    table = read(tmp_path / "chong-1.parquet")
     # From so high it is small.
     assert table["covered"].between(1, 999).all()
     assert table.attrs["command"].endswith("--quick --scene plane_and_box --views views.json")
@@ -101,7 +99,7 @@ def test_another_scene_is_seen_by_the_camera_of_its_views(tmp_path, capsys):
 def test_a_folder_of_another_experiment_is_refused(small, tmp_path, capsys):
     chong_gortler.misclassified(True, tmp_path, lights=1)
     for quick, scene in ((False, None), (True, "plane_and_box")):
-        with pytest.raises(ValueError, match=r"chong-1\.csv must be the table of"):
+        with pytest.raises(ValueError, match=r"chong-1\.parquet must be the table of"):
             chong_gortler.misclassified(quick, tmp_path, lights=1, scene=scene)
     assert cli.main(["lab", "papers", "chong-2", "--lights", "1"]) == 2
     assert "--lights must come with the table chong-1 alone" in capsys.readouterr().err

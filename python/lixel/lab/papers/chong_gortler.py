@@ -133,8 +133,8 @@ def misclassified(
     The paper has 500 lights, images of 750², maps of 400² and 1.14 million triangles; `quick` has
     10, 375², 200² and about 290,000. `lights` sets their number; `scene`, a file or the name of a
     built-in scene, is in place of objects on a floor, and seen by the first camera of `views` or
-    its own. In the folder ``chong-1.csv`` keeps the misclassified pixels of each light and method:
-    what is there is not measured again, and a table of another scene or size is refused.
+    its own. In the folder ``chong-1.parquet`` keeps the misclassified pixels of each light and
+    method: what is there is not measured again, and a table of another scene or size is refused.
 
     First come rows for each method: misclassified pixels over all lights, how many percent more
     these are than those of the first row, and the mean over the tenth of the lights that is worst
@@ -152,7 +152,7 @@ def misclassified(
         command += f" --views {views.name}" if views is not None else ""
     rows = methods(resolution)
     chosen = random_lights((10 if quick else 500) if lights is None else lights)
-    path = None if folder is None else folder / "chong-1.csv"
+    path = None if folder is None else folder / "chong-1.parquet"
     before = [] if path is None else resume(path, command)
     known = {(int(row["light"]), row["method"]): int(row["misclassified"]) for row in before}
     wrong = np.zeros((len(rows), len(chosen)))

@@ -69,14 +69,14 @@ def along_a_path(quick: bool = False, folder: Path | None = None) -> list[dict[s
     """Times of each method over the path, and misclassified pixels of some of its frames.
 
     `quick` renders 12 frames of a quarter of the size, with maps of a quarter of the size. In the
-    folder ``rosen-figure-9.csv`` keeps each frame, and the next call goes on there.
+    folder ``rosen-figure-9.parquet`` keeps each frame, and the next call goes on there.
     """
     command = f"lixel lab papers rosen-figure-9{' --quick' if quick else ''}"
     part = QUICK if quick else 1
     scene = GENERATORS[TOWN.generator](**{**TOWN.arguments, **(TOWN.quick if quick else {})})
     light = scene.lights["default"]
     numbers = range(0, FRAMES, FRAMES // 12 if quick else STEP)
-    path = None if folder is None else folder / "rosen-figure-9.csv"
+    path = None if folder is None else folder / "rosen-figure-9.parquet"
     frames = [] if path is None else resume(path, command)
     done = {int(row["frame"]) for row in frames}
     chosen = methods(part)
