@@ -95,12 +95,17 @@ pub fn surface(
     triangle_id: &[i32],
 ) -> (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<f64>) {
     assert_eq!(triangle_id.len(), camera.pixel_count());
-    let points = triangle_id.par_iter().enumerate().map(|(pixel, &id)| {
-        if id < 0 {
+    let point = |known: &mut Option<OwnPlane>, (pixel, &id): (usize, &i32)| {
+        let Ok(id) = u32::try_from(id) else {
             return ([f64::NAN; 3], ([f32::NAN; 3], f64::NAN));
-        }
+        };
+        // Neighbours mostly show the same.
+        let plane = match known.take() {
+            Some(plane) if plane.triangle == id => plane,
+            _ => OwnPlane::new(scene, camera.eye, id),
+        };
         let ray = camera_ray(camera, pixel, GRANTED);
-        let receiver = Receiver::new(scene, camera, &ray, id as u32, (f64::MIN, f64::MAX));
+        let receiver = known.insert(plane).receiver(&ray, (f64::MIN, f64::MAX));
         (
             (camera.eye + receiver.point).to_array(),
             (
@@ -108,7 +113,9 @@ pub fn surface(
                 receiver.point.dot(camera.forward),
             ),
         )
-    });
+    };
+    let pixels = triangle_id.par_iter().enumerate();
+    let points = pixels.map_init(|| None, point);
     let (positions, (normals, depths)) = points.unzip();
     (positions, normals, depths)
 }
@@ -161,7 +168,7 @@ fn answer_pixel(
     let shade = |candidate: &(u32, Contact)| {
         let (triangle, contact) = candidate;
         let reach = (contact.near, contact.far);
-        let receiver = Receiver::new(scene, camera, &ray, *triangle, reach);
+        let receiver = OwnPlane::new(scene, camera.eye, *triangle).receiver(&ray, reach);
         shade(scene, search, camera, light, &receiver)
     };
     let (visibility, tie) = first.hit.as_ref().map_or((f32::NAN, false), shade);
@@ -289,34 +296,58 @@ struct Receiver {
     margin: f64,
 }
 
-impl Receiver {
-    /// The point where the ray meets the triangle's plane, kept within a range of distances because
-    /// a ray along the plane may meet it anywhere.
-    fn new(
-        scene: &Scene,
-        camera: &Camera,
-        ray: &Ray,
-        triangle: u32,
-        (near, far): (f64, f64),
-    ) -> Self {
-        let corners = scene.corners(triangle).map(|c| c - camera.eye);
+/// What is known of a triangle before a ray meets its plane.
+struct OwnPlane {
+    triangle: u32,
+    /// Relative to the eye.
+    corners: [DVec3; 3],
+    /// Of length one, to either side.
+    normal: DVec3,
+    /// How far rounding may move the corners.
+    margin: f64,
+    /// The longest edge.
+    extent: f64,
+    /// Over the eye, where all rays of a perspective camera begin.
+    height: f64,
+}
+
+impl OwnPlane {
+    fn new(scene: &Scene, eye: DVec3, triangle: u32) -> Self {
+        let corners = scene.corners(triangle).map(|c| c - eye);
         let [a, b, c] = corners;
         let normal = unit_normal(a, b, c);
-        let height = normal.dot(nearest(corners.map(|c| c - ray.origin)));
-        let cosine = normal.dot(ray.direction);
-        let distance = (height / cosine).max(near).min(far);
-        let corner_margin = GRANTED * corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
-        let extent = (b - a).length().max((c - b).length()).max((a - c).length());
         Self {
             triangle,
+            corners,
+            normal,
+            height: normal.dot(nearest(corners)),
+            margin: GRANTED * corners.map(DVec3::length).into_iter().fold(0.0, f64::max),
+            extent: (b - a).length().max((c - b).length()).max((a - c).length()),
+        }
+    }
+
+    /// The point where the ray meets the plane, kept within a range of distances because a ray along the plane may
+    /// meet it anywhere.
+    fn receiver(&self, ray: &Ray, (near, far): (f64, f64)) -> Receiver {
+        let Self { normal, margin, .. } = *self;
+        let height = match ray.origin == DVec3::ZERO {
+            true => self.height,
+            false => normal.dot(nearest(self.corners.map(|c| c - ray.origin))),
+        };
+        let cosine = normal.dot(ray.direction);
+        let distance = (height / cosine).max(near).min(far);
+        Receiver {
+            triangle: self.triangle,
             point: ray.origin + distance * ray.direction,
             normal: if height > 0.0 { -normal } else { normal },
             // The plane moves by the corners' margin, the point by more if the ray is oblique, but
             // it stays on the triangle.
-            margin: corner_margin + (corner_margin / cosine.abs()).min(extent),
+            margin: margin + (margin / cosine.abs()).min(self.extent),
         }
     }
+}
 
+impl Receiver {
     /// Whether a ray from the receiver's triangle towards the light cannot meet another triangle
     /// because the plane of one of them keeps them apart.
     ///

@@ -64,7 +64,12 @@ impl Rendered {
     fn measure(&mut self, scene: &Scene, camera: &Camera, light: &Light, outputs: Outputs) {
         let layers = &self.layers;
         let asks = |output| outputs.has(output).then_some(());
-        if outputs.has_any(&[Output::AliasingError, Output::LargestAliasingError]) {
+        if layers.is_empty() {
+            // There is no map to measure.
+            let pixels = camera.pixel_count();
+            self.aliasing_error = asks(Output::AliasingError).map(|()| vec![f32::NAN; pixels]);
+            self.largest_aliasing_error = asks(Output::LargestAliasingError).map(|()| f64::NAN);
+        } else if outputs.has_any(&[Output::AliasingError, Output::LargestAliasingError]) {
             let (positions, normals, depths) = surface(scene, camera, &self.triangle_id);
             let pages = self.pages.as_ref();
             let layer_of_pixel = pages.map(|pages| &pages.layer_of_pixel[..]);
