@@ -167,6 +167,7 @@ pub fn render(
             let lights = lights.iter();
             let rendered = lights.map(|light| {
                 let frame = cpu::Frame::new(scene, camera, light, &cache.cpu, outputs.culls)?;
+                let frame = frame.with_whole_maps(outputs.has(Output::ShadowMap));
                 render_on_cpu(frame, method, outputs)
             });
             rendered.collect::<Result<_>>()?

@@ -55,10 +55,15 @@ def test_nothing_is_skipped_that_a_torn_map_needs(light, function_count):
             assert part.tobytes() == whole.visibility.tobytes()
 
 
-@pytest.mark.not_on_cpu("it counts the work items of the shaders")
-def test_less_is_drawn_where_no_receiver_looks():
+def view_of_few_texels():
     scene = lx.scenes.objects_on_floor(count=64, subdivisions=3)
     camera = lx.Camera.look_at((4, 3, 4), (0, 0, 0), yfov=0.4, width=160, height=90)
+    return scene, camera
+
+
+@pytest.mark.not_on_cpu("it counts the work items of the shaders")
+def test_less_is_drawn_where_no_receiver_looks():
+    scene, camera = view_of_few_texels()
     light = lx.DirectionalLight((0.4, -1.0, -0.3))
     method = lx.Uniform(resolution=512)
     part = frame_parts(scene, camera, light, method)
@@ -70,3 +75,28 @@ def test_less_is_drawn_where_no_receiver_looks():
     assert "receiver tiles" not in whole.timings
     small = frame_parts(scene, camera, light, lx.Uniform(resolution=64))
     assert "receiver tiles" not in small.timings
+
+
+@pytest.mark.parametrize("method", ["uniform", "cascades", "cube", "dual_paraboloid"])
+def test_tiles_are_skipped_on_the_cpu(method, monkeypatch):
+    monkeypatch.setenv("LIXEL_DEVICE", "cpu")
+    scene, camera = view_of_few_texels()
+    light = lx.DirectionalLight((0.4, -1.0, -0.3))
+    if method in ("cube", "dual_paraboloid"):
+        light = lx.PointLight((0.0, 6.0, 0.0))
+    chosen = dataclasses.replace(lx.method_from(method), resolution=1024)
+    part = frame_parts(scene, camera, light, chosen)
+    tiles = part.stats["layers"] * (1024 // 64) ** 2
+    assert 0.2 * tiles < part.stats["shadow map"]["skipped_tiles"] < tiles
+    assert "receiver tiles" in part.timings
+    # Maps that are asked for are whole, and so are those of far lookups, of warps, and small ones.
+    whole = lx.render(scene, camera, light, chosen)
+    assert whole.shadow_map.shape[1:] == (1024, 1024)
+    drawn = [whole]
+    for changes in ({"lookup": lx.Pcf(radius=3)}, {"resolution": 16}):
+        drawn.append(frame_parts(scene, camera, light, dataclasses.replace(chosen, **changes)))
+    drawn.append(frame_parts(scene, camera, light, chosen, culling=False))
+    if method == "cube":
+        drawn.append(frame_parts(scene, camera, light, lx.method_from("cube+rtw")))
+    for frame in drawn:
+        assert "receiver tiles" not in frame.timings

@@ -32,6 +32,7 @@ pub const CASTER_TESTS_LABEL: &str = "caster tests";
 pub const HIERARCHY_LABEL: &str = "hierarchy (CPU)";
 pub const SHADOW_RAYS_LABEL: &str = "shadow rays";
 pub const RECEIVERS_LABEL: &str = "receivers";
+pub const RECEIVER_TILES_LABEL: &str = "receiver tiles";
 pub const OUTLINE_LABEL: &str = "outline";
 pub const PAGE_REQUESTS_LABEL: &str = "page requests";
 pub const SAMPLES_LABEL: &str = "samples";
@@ -65,6 +66,7 @@ pub const LABELS: &[&str] = &[
     FORWARD_LABEL,
     BLEND_LABEL,
     WARP_LABEL,
+    RECEIVER_TILES_LABEL,
     MOMENTS_LABEL,
     LOOKUP_LABEL,
     EDGES_LABEL,
@@ -157,6 +159,8 @@ pub struct Frame<'a> {
     pub(super) placed: Option<PlacedReceivers>,
     /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
     pub(super) culls: bool,
+    /// Whether somebody wants to see maps.
+    draws_whole_maps: bool,
     /// Milliseconds of each pass.
     pub timings: Vec<(&'static str, f64)>,
     pub stats: Stats,
@@ -202,11 +206,25 @@ impl<'a> Frame<'a> {
             sampled: None,
             placed: None,
             culls,
+            draws_whole_maps: false,
             timings: Vec::new(),
             stats: Stats::new(scene),
         };
         frame.add_kept(VISIBILITY_LABEL, start, is_new);
         Ok(frame)
+    }
+
+    /// With maps that somebody wants to see.
+    pub fn with_whole_maps(self, draws_whole_maps: bool) -> Self {
+        Self {
+            draws_whole_maps,
+            ..self
+        }
+    }
+
+    /// Whether what nobody looks at is left out of maps.
+    pub(super) fn draws_parts_of_maps(&self) -> bool {
+        self.culls && !self.draws_whole_maps
     }
 
     /// What the camera sees.

@@ -46,11 +46,11 @@ pub fn drawn_linear(projection: &Projection, pieces: &[Piece]) -> Result<Texels>
     let (painter, bins) = Painter::new(&view, &scene, &places, Cover::Middles);
     let unit = projection.unit();
     Ok(drawn_by(
-        painter.tiling,
+        (painter.tiling, None),
         || (),
-        |(), tile, ids, texels| {
+        |(), (tile, blocks), ids, texels| {
             let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-            dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, ids, texels));
+            dispatch!(level(), simd => painter.draw_tile(simd, bins, (tile, blocks), ids, texels));
             let (x, y) = painter.tiling.corner(tile);
             let corner = DVec2::new(x as f64, y as f64);
             let mut known = KnownDepths::default();
@@ -72,7 +72,7 @@ pub fn drawn_linear(projection: &Projection, pieces: &[Piece]) -> Result<Texels>
 fn empty(view: &View) -> Texels {
     let tiling = Tiling::new(view.width, view.height);
     drawn_by(
-        tiling,
+        (tiling, None),
         || (),
         |(), _, ids, texels| {
             ids.fill(NONE);

@@ -10,6 +10,7 @@ use super::pages::table::PageTable;
 use super::rasterize::{Image, NONE, Painter};
 use super::ray_bins::RayBins;
 use super::rays::RayTable;
+use super::receiver_tiles::ReceiverTiles;
 use super::receivers::splat64;
 use super::tessellate::Piece;
 use super::texels::{EMPTY, Texels, drawn_by};
@@ -43,19 +44,21 @@ pub struct MapView {
 }
 
 impl Map {
+    /// All of it, or what is looked at; what the rest holds is undefined.
     pub fn new(
         projection: &Projection,
         warp: Option<&CpuWarp>,
         scene: &Scene,
         light: Source,
+        looked_at: Option<&ReceiverTiles>,
     ) -> Self {
         let table = RayTable::new(projection, warp, light);
         let views = views_of(projection, table.as_ref(), scene, light);
         let straightened = projection.kind.straightened(projection);
         let depths = Depths::new(straightened.as_ref().unwrap_or(projection));
         let (image, depths) = match table {
-            None => drawn(&views[0], scene, &depths),
-            Some(table) => drawn_at_rays(&views, scene, &depths, &table),
+            None => drawn(&views[0], scene, &depths, looked_at),
+            Some(table) => drawn_at_rays(&views, scene, &depths, &table, looked_at),
         };
         Self {
             views,
@@ -147,37 +150,54 @@ pub fn view_of(projection: &Projection, light: Source) -> View {
     }
 }
 
-fn drawn(MapView { view, places }: &MapView, scene: &Scene, depths: &Depths) -> Texels {
-    let (painter, bins) = Painter::new(view, scene, places, Cover::Middles);
-    let tiling = painter.tiling;
+fn drawn(
+    MapView { view, places }: &MapView,
+    scene: &Scene,
+    depths: &Depths,
+    looked_at: Option<&ReceiverTiles>,
+) -> Texels {
+    let (painter, bins) = match looked_at {
+        None => Painter::new(view, scene, places, Cover::Middles),
+        Some(tiles) => Painter::of_tiles(view, scene, places, Cover::Middles, tiles),
+    };
     drawn_by(
-        tiling,
+        (painter.tiling, looked_at),
         || (),
-        |(), tile, ids, texels| {
+        |(), (tile, blocks), ids, texels| {
             let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-            depths.draw_tile(&painter, bins, tile, (ids, texels));
+            depths.draw_tile(&painter, bins, (tile, blocks), (ids, texels));
         },
     )
 }
 
-fn drawn_at_rays(views: &[MapView], scene: &Scene, depths: &Depths, table: &RayTable) -> Texels {
+fn drawn_at_rays(
+    views: &[MapView],
+    scene: &Scene,
+    depths: &Depths,
+    table: &RayTable,
+    looked_at: Option<&ReceiverTiles>,
+) -> Texels {
     let painters: Vec<(_, RayBins)> = views
         .iter()
         .map(|MapView { view, places }| Painter::new(view, scene, places, Cover::Whole))
         .collect();
     // Faces of a cube have a size of their own.
     let tiling = table.tiling();
-    drawn_by(tiling, TileRays::new, |rays, tile, ids, texels| {
-        ids.fill(NONE);
-        texels.fill(EMPTY);
-        let draw = |view: usize, rays: &TileRays, taken: &Taken| {
-            let (painter, bins) = &painters[view];
-            let texels = (&mut *ids, &mut *texels);
-            dispatch!(level(), simd => depths.draw_at_rays(simd, (painter, bins), rays, taken, texels));
-        };
-        let corner = tiling.corner(tile);
-        dispatch!(level(), simd => table.for_each_view(simd, corner, rays, draw));
-    })
+    drawn_by(
+        (tiling, looked_at),
+        TileRays::new,
+        |rays, (tile, blocks), ids, texels| {
+            ids.fill(NONE);
+            texels.fill(EMPTY);
+            let draw = |view: usize, rays: &TileRays, taken: &Taken| {
+                let (painter, bins) = &painters[view];
+                let texels = (&mut *ids, &mut *texels);
+                dispatch!(level(), simd => depths.draw_at_rays(simd, (painter, bins), rays, taken, texels));
+            };
+            let corner = tiling.corner(tile);
+            dispatch!(level(), simd => table.for_each_view(simd, (corner, blocks), rays, draw));
+        },
+    )
 }
 
 /// The rays of a tile's texels.
@@ -251,17 +271,17 @@ impl Depths {
         Self { kind, unit, far }
     }
 
-    /// Draws a tile of a light matrix.
+    /// Draws blocks of a tile of a light matrix.
     pub fn draw_tile<'a>(
         &self,
         painter: &Painter,
         bins: impl Iterator<Item = &'a Bin>,
-        tile: usize,
+        (tile, blocks): (usize, u64),
         (ids, texels): (&mut [u32], &mut [f32; TILE_PIXELS]),
     ) {
         let rays = Rays::Middles(painter.tiling.corner(tile));
         dispatch!(level(), simd => {
-            painter.draw_tile(simd, bins, tile, ids, texels);
+            painter.draw_tile(simd, bins, (tile, blocks), ids, texels);
             self.store(simd, painter, rays, (ids, texels));
         });
     }

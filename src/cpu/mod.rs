@@ -34,6 +34,7 @@ mod queries;
 pub mod rasterize;
 mod ray_bins;
 mod rays;
+mod receiver_tiles;
 mod receivers;
 mod row_boxes;
 pub mod samples;

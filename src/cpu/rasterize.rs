@@ -4,12 +4,13 @@
 //! tested eight at once. Of an edge or a depth that float32 cannot tell, float64 decides at that pixel, so that the
 //! image does not depend on the order of the triangles.
 
-use super::bins::{Bin, Bins, Cover, TileBin, bins, eights, ids_at, triangles_of};
+use super::bins::{Bin, Bins, Cover, DrawnTiles, TileBin, bins, eights, ids_at, triangles_of};
 use super::holes::Holes;
 use super::lanes::{
     EPSILON, LANES, Simd, bits, dispatch, f32x8, indices, least, level, mask_bits, mask32x8,
     numbers, splat, u32x8,
 };
+use super::receiver_tiles::ALL_BLOCKS;
 use super::shapes::{Corners, Shapes};
 use super::tile_rays::TileRays;
 use super::tiles::{BLOCK, BLOCKS, TILE, TILE_PIXELS, Tiling};
@@ -121,7 +122,7 @@ pub fn rasterize(view: &View, scene: &Scene) -> Image {
         .map(|tile| {
             let (mut ids, mut nearness) = ([0; TILE_PIXELS], [0.0; TILE_PIXELS]);
             let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-            dispatch!(level(), simd => painter.draw_tile(simd, bins, tile, &mut ids, &mut nearness));
+            dispatch!(level(), simd => painter.draw_tile(simd, bins, (tile, ALL_BLOCKS), &mut ids, &mut nearness));
             ids
         })
         .collect();
@@ -166,21 +167,34 @@ impl<'p> Painter<'p> {
         cover: Cover,
     ) -> (Self, Bins<B>) {
         let tiling = Tiling::new(view.width, view.height);
+        Self::of_tiles(view, scene, places, cover, &tiling)
+    }
+
+    /// Of those tiles alone that are drawn.
+    pub fn of_tiles<B: TileBin>(
+        view: &'p View,
+        scene: &'p Scene,
+        places: &'p [Place],
+        cover: Cover,
+        drawn: &impl DrawnTiles,
+    ) -> (Self, Bins<B>) {
+        let tiling = Tiling::new(view.width, view.height);
         let painter = Self {
             view,
             tiling,
             scene,
             places,
         };
-        (painter, bins(view, (tiling, &tiling), scene, places, cover))
+        (painter, bins(view, (tiling, drawn), scene, places, cover))
     }
 
+    /// Draws those blocks of a tile, by its number, whose bits are set.
     #[inline(always)]
     pub fn draw_tile<'a, S: Simd>(
         &self,
         simd: S,
         bins: impl Iterator<Item = &'a Bin>,
-        index: usize,
+        (index, blocks): (usize, u64),
         ids: &mut [u32],
         nearness: &mut [f32; TILE_PIXELS],
     ) {
@@ -195,6 +209,7 @@ impl<'p> Painter<'p> {
         }
         nearness[height * TILE..].fill(f32::INFINITY);
         let mut tile = Tile::new(self.view, self.scene, corner, (ids, nearness));
+        tile.close(!blocks);
         let origin = [corner.0 as f32 + 0.5, corner.1 as f32 + 0.5];
         let rounding = self.view.rounding();
         for bin in bins {
@@ -291,6 +306,18 @@ impl<'a> Tile<'a> {
             room: 0.0,
             rays: None,
             holes: None,
+        }
+    }
+
+    /// Closes blocks, a bit each: nothing is drawn there.
+    #[inline(always)]
+    fn close(&mut self, blocks: u64) {
+        for block in (0..BLOCKS * BLOCKS).filter(|block| blocks >> block & 1 != 0) {
+            let (bx, by) = (block % BLOCKS, block / BLOCKS);
+            for row in by * BLOCK..(by + 1) * BLOCK {
+                self.nearness[row * TILE + bx * BLOCK..][..BLOCK].fill(f32::INFINITY);
+            }
+            self.farthest[block] = f32::INFINITY;
         }
     }
 

@@ -208,18 +208,18 @@ impl<'a> RayTable<'a> {
         places
     }
 
-    /// Gives the rays of a tile in the plane of each view that some of them fall in: the view's number, the rays and the
+    /// Gives the rays of a tile's blocks in the plane of each view that some of them fall in: the view's number, the rays and the
     /// texels that have them.
     #[inline(always)]
     pub fn for_each_view<S: Simd>(
         &self,
         simd: S,
-        corner: (usize, usize),
+        (corner, blocks): ((usize, usize), u64),
         rays: &mut TileRays,
         mut draw: impl FnMut(usize, &TileRays, &Taken),
     ) {
         let tiling = self.tiling();
-        let inside = Taken::inside(corner, (tiling.width, tiling.height));
+        let inside = Taken::inside(corner, (tiling.width, tiling.height)).of_blocks(blocks);
         let mut places = self.linear_places(simd, corner);
         let Some(faces) = &self.faces else {
             if self.straightened.is_some() {

@@ -39,6 +39,17 @@ impl Taken {
         taken
     }
 
+    /// Those that lie in some blocks, a bit each.
+    pub fn of_blocks(mut self, blocks: u64) -> Self {
+        for (i, eight) in self.0.iter_mut().enumerate() {
+            let (bx, by) = (i % BLOCKS, i / BLOCKS / BLOCK);
+            if blocks >> (by * BLOCKS + bx) & 1 == 0 {
+                *eight = 0;
+            }
+        }
+        self
+    }
+
     pub fn add(&mut self, texel: usize) {
         self.0[texel / LANES] |= 1 << (texel % LANES);
     }

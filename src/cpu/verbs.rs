@@ -9,14 +9,15 @@ use super::forward_importance::forward_importance;
 use super::frame::{
     BLEND_LABEL, BOUNDARY_LABEL, DrawnLayer, EDGES_LABEL, FORWARD_LABEL, Frame, HIERARCHY_LABEL,
     IMPORTANCE_LABEL, LIGHT_GRID_LABEL, LOOKUP_LABEL, MOMENTS_LABEL, OUTLINE_LABEL, PlannedLayer,
-    RECEIVERS_LABEL, Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL, SHADOW_MAP_LABEL,
-    SHADOW_RAYS_LABEL, SHADOW_VOLUMES_LABEL, WARP_LABEL, check_map, check_map_of,
+    RECEIVER_TILES_LABEL, RECEIVERS_LABEL, Recorded, SAMPLES_LABEL, SHADOW_EDGE_LABEL,
+    SHADOW_MAP_LABEL, SHADOW_RAYS_LABEL, SHADOW_VOLUMES_LABEL, WARP_LABEL, check_map, check_map_of,
 };
 use super::importance_map::{Words, importance_map};
-use super::lookup::{LookedUp, lookup};
+use super::lookup::{LookedUp, ask, lookup};
 use super::map::Map;
 use super::queries;
 use super::rasterize::Image;
+use super::receiver_tiles::ReceiverTiles;
 use super::receivers::Receivers;
 use super::shadow_edge::shadow_edge;
 use super::shadow_rays::shadow_rays;
@@ -125,12 +126,20 @@ pub struct Analysed {
 }
 
 impl Frame<'_> {
-    fn draw(&mut self, plan: &PlannedLayer, rasterization: Rasterization) -> Result<Map> {
+    fn draw(
+        &mut self,
+        plan: &PlannedLayer,
+        rasterization: Rasterization,
+        looked_at: Option<&ReceiverTiles>,
+    ) -> Result<Map> {
         let (projection, warp) = (&plan.layer.projection, plan.warp.as_ref());
         check_map(projection)?;
         let (scene, light) = (self.scene, Source::of(self.light));
         let (map, pieces) = self.timed(SHADOW_MAP_LABEL, |_| match rasterization {
-            Rasterization::Exact => Ok((Map::new(projection, warp, scene, light), None)),
+            Rasterization::Exact => {
+                let map = Map::new(projection, warp, scene, light, looked_at);
+                Ok((map, None))
+            }
             Rasterization::Linear { longest_edge } => {
                 let functions = warp.and_then(Warping::functions);
                 let pieces = tessellate(projection, functions, scene, longest_edge)?;
@@ -142,6 +151,48 @@ impl Frame<'_> {
             self.count(SHADOW_MAP_LABEL, "rasterized", pieces as u64);
         }
         Ok(map)
+    }
+
+    /// Of each layer the tiles that receivers look at. Empty where maps are drawn whole: because somebody wants to see
+    /// them, the lookup may go anywhere, they are so small that finding the tiles takes longer, or a warp has drawn texels
+    /// to the receivers, so that few are left.
+    fn looked_at(
+        &mut self,
+        (image, camera): (&Image, &Camera),
+        settings: MapSettings,
+        plans: &[PlannedLayer],
+    ) -> Vec<ReceiverTiles> {
+        let texels: usize = plans
+            .iter()
+            .map(|plan| plan.layer.projection.texel_count())
+            .sum();
+        let is_whole = settings.rasterization != Rasterization::Exact;
+        if is_whole
+            || settings.lookup.looks_far()
+            || plans.iter().any(|plan| plan.warp.is_some())
+            || texels < camera.pixel_count()
+            || !self.draws_parts_of_maps()
+        {
+            return vec![];
+        }
+        let tiles = self.timed(RECEIVER_TILES_LABEL, |frame| {
+            let receivers = Receivers::new(frame.scene, image, camera, frame.light);
+            let sizes = plans.iter().map(|plan| plan.layer.projection.size());
+            let tiles: Vec<_> = sizes.map(ReceiverTiles::new).collect();
+            let nothing = Map::nothing();
+            let pairs = plans.iter().zip(&tiles);
+            let looked: Vec<_> = pairs
+                .map(|(plan, tiles)| {
+                    let map = (&nothing, plan.warp.as_ref());
+                    LookedUp::new(&receivers, &plan.layer, map, None, settings).marking(tiles)
+                })
+                .collect();
+            ask(&receivers, &looked);
+            tiles
+        });
+        let skipped: usize = tiles.iter().map(ReceiverTiles::skipped).sum();
+        self.count(SHADOW_MAP_LABEL, "skipped_tiles", skipped as u64);
+        tiles
     }
 
     /// The moments of a layer's texels, blurred.
@@ -169,9 +220,12 @@ impl Frame<'_> {
         plans: Vec<PlannedLayer>,
     ) -> Result<Recorded> {
         camera.check_float32(self.scene.bounds())?;
+        let mut looked_at = self
+            .looked_at((image, camera), settings, &plans)
+            .into_iter();
         let mut layers = Vec::new();
         for plan in plans {
-            let map = self.draw(&plan, settings.rasterization)?;
+            let map = self.draw(&plan, settings.rasterization, looked_at.next().as_ref())?;
             let moments = match settings.lookup.moments {
                 None => None,
                 Some(filter) => Some(self.filtered(&plan, &map, filter)?),
@@ -312,7 +366,8 @@ impl<'a> Verbs<'a> for Frame<'a> {
         let light = Source::of(self.light);
         let image = self.timed(SHADOW_MAP_LABEL, |frame| {
             let projection = &layer.projection;
-            DepthImage::new(&Map::new(projection, None, frame.scene, light), projection)
+            let map = Map::new(projection, None, frame.scene, light, None);
+            DepthImage::new(&map, projection)
         });
         Ok(Analysed {
             projection: layer.projection,

@@ -7,6 +7,7 @@
 mod depths;
 mod filter;
 mod filtered;
+mod looked_at;
 mod revectorized;
 mod row;
 mod seams;
@@ -22,6 +23,7 @@ use super::light_space::LightSpace;
 use super::map::Map;
 use super::pages::table::Requests;
 use super::rasterize::NONE;
+use super::receiver_tiles::ReceiverTiles;
 use super::receivers::{BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye};
 use super::tiles::{BLOCK, TILE, TILE_PIXELS, cut};
 use super::warp_map::{CpuWarp, WarpMap};
@@ -42,12 +44,22 @@ const MOST: usize = 25;
 /// In place of a triangle: a texel beside the map. `NONE` comes after it.
 const OFF_MAP: u32 = NONE - 1;
 
+/// What texels are found for.
+#[derive(Clone, Copy)]
+enum Purpose<'a> {
+    /// To look at what they hold.
+    Look,
+    /// To know which pages they lie in.
+    AskForPages(&'a Requests),
+    /// To know which of them are looked at.
+    Mark(&'a ReceiverTiles),
+}
+
 /// A layer to look up.
 pub struct LookedUp<'a> {
     space: LightSpace,
     map: &'a Map,
-    /// Where no texels are looked at, but their pages are asked for.
-    requests: Option<&'a Requests>,
+    purpose: Purpose<'a>,
     /// Of each pixel the number of its layer, and that of this one, where receivers are chosen pixel by pixel.
     chosen: Option<(&'a [u8], u8)>,
     warp: Option<&'a CpuWarp>,
@@ -85,7 +97,7 @@ impl<'a> LookedUp<'a> {
         Self {
             space,
             map,
-            requests: None,
+            purpose: Purpose::Look,
             chosen: None,
             warp,
             moments,
@@ -115,7 +127,15 @@ impl<'a> LookedUp<'a> {
     /// Asks for the pages of texels in place of looking at them.
     pub fn asking(self, requests: &'a Requests) -> Self {
         Self {
-            requests: Some(requests),
+            purpose: Purpose::AskForPages(requests),
+            ..self
+        }
+    }
+
+    /// Marks texels in place of looking at them, where there is no warp.
+    pub fn marking(self, tiles: &'a ReceiverTiles) -> Self {
+        Self {
+            purpose: Purpose::Mark(tiles),
             ..self
         }
     }
@@ -143,24 +163,50 @@ pub fn lookup(receivers: &Receivers, layers: &[LookedUp]) -> Vec<f32> {
     let tiling = receivers.image.tiling;
     let mut visibility = vec![0.0; tiling.width * tiling.height];
     let tiles = cut(&mut visibility, tiling).into_par_iter().enumerate();
-    let known = || {
-        let normals: Vec<_> = layers.iter().map(|_| KnownNormals::default()).collect();
-        (KnownPlanes::default(), normals)
-    };
-    tiles.for_each_init(known, |known, (tile, mut rows)| {
-        dispatch!(level(), simd => answer_tile(simd, receivers, layers, tile, &mut rows, known));
-    });
+    tiles.for_each_init(
+        || KnownParts::new(layers),
+        |known, (tile, mut rows)| {
+            let seen = (receivers, layers, tile);
+            dispatch!(level(), simd => answer_tile(simd, seen, Some(&mut rows), known));
+        },
+    );
     visibility
 }
 
+/// Asks for the pages of layers, or marks their tiles, without an answer.
+pub fn ask(receivers: &Receivers, layers: &[LookedUp]) {
+    let tiles = (0..receivers.image.tiling.tiles()).into_par_iter();
+    tiles.for_each_init(
+        || KnownParts::new(layers),
+        |known, tile| {
+            let seen = (receivers, layers, tile);
+            dispatch!(level(), simd => answer_tile(simd, seen, None, known));
+        },
+    );
+}
+
+/// What was found of triangles that were asked for before: planes, and for each layer normals.
+struct KnownParts {
+    planes: KnownPlanes,
+    normals: Vec<KnownNormals>,
+}
+
+impl KnownParts {
+    fn new(layers: &[LookedUp]) -> Self {
+        Self {
+            planes: KnownPlanes::default(),
+            normals: layers.iter().map(|_| KnownNormals::default()).collect(),
+        }
+    }
+}
+
+/// Looks the receivers of a tile up, and writes the answers, if they are asked for.
 #[inline(always)]
 fn answer_tile<S: Simd>(
     simd: S,
-    receivers: &Receivers,
-    layers: &[LookedUp],
-    tile: usize,
-    rows: &mut [&mut [f32]],
-    (planes, normals): &mut (KnownPlanes, Vec<KnownNormals>),
+    (receivers, layers, tile): (&Receivers, &[LookedUp], usize),
+    mut rows: Option<&mut [&mut [f32]]>,
+    KnownParts { planes, normals }: &mut KnownParts,
 ) {
     let mut block = BlockReceivers::none(simd);
     let mut work = Work::new(simd);
@@ -191,7 +237,9 @@ fn answer_tile<S: Simd>(
                 }
             }
         }
-        receivers.image.write(rows, pixel, |i| lit[i]);
+        if let Some(rows) = &mut rows {
+            receivers.image.write(rows, pixel, |i| lit[i]);
+        }
     }
 }
 
@@ -268,6 +316,13 @@ impl<S: Simd> KindVisitor for BlockLookup<'_, S> {
         let kind = kind.in_lanes(self.layer.space.unit, zero);
         let rule = self.layer.rule.map(|v| zero.constant(v));
         let formula = (&kind, &rule);
+        if let Purpose::Mark(tiles) = self.layer.purpose {
+            return apart(
+                simd,
+                #[inline(always)]
+                || self.mark_block(formula, tiles),
+            );
+        }
         match (self.layer.comparison.filter, self.layer.moments) {
             (Some(filter), _) => apart(
                 simd,
@@ -416,7 +471,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     #[inline(always)]
     fn index(&self, asking: mask32x8<S>, texel: V2<f32x8<S>>) -> [u32; LANES] {
         let (x, y): (u32x8<S>, u32x8<S>) = (texel.x.to_int(), texel.y.to_int());
-        if let Some(requests) = self.layer.requests {
+        if let Purpose::AskForPages(requests) = self.layer.purpose {
             requests.ask(mask_bits(asking), x.into(), y.into());
             return [0; LANES];
         }

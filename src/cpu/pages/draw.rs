@@ -5,6 +5,7 @@ use super::tree::PageTree;
 use crate::cpu::bins::{Bins, Cover, bins};
 use crate::cpu::map::{Depths, Map, MapView, view_of};
 use crate::cpu::rasterize::{Image, NONE, Painter};
+use crate::cpu::receiver_tiles::ALL_BLOCKS;
 use crate::cpu::texels::EMPTY;
 use crate::cpu::tiles::{TILE_PIXELS, Tiling};
 use crate::projection::Projection;
@@ -122,7 +123,7 @@ impl<'a> Job<'a> {
             let bins = self.bins.iter().map(|of_thread| &of_thread[tile]);
             let of_map = y * tiling.columns + x;
             self.depths
-                .draw_tile(&self.painter, bins, of_map, (ids, depths));
+                .draw_tile(&self.painter, bins, (of_map, ALL_BLOCKS), (ids, depths));
         }
     }
 }

@@ -12,7 +12,7 @@ use super::frame::{
     DrawnLayer, Frame, LOOKUP_LABEL, PAGE_REQUESTS_LABEL, PlannedLayer, Recorded, SHADOW_MAP_LABEL,
     check_pages,
 };
-use super::lookup::{LookedUp, lookup};
+use super::lookup::{LookedUp, ask, lookup};
 use super::map::Map;
 use super::receivers::Receivers;
 use crate::error::Result;
@@ -51,7 +51,7 @@ fn pages_of(
                 .asking(requests)
         })
         .collect();
-    lookup(receivers, &looked);
+    ask(receivers, &looked);
     let mut pages = vec![Vec::new(); levels.len()];
     for (_, number, requests) in &asked {
         pages[usize::from(*number)] = requests.pages();
