@@ -13,6 +13,8 @@ PIXELS = ("pytest", "tests/test_visibility_buffer.py", "-k", "shared_edge or sou
 TILES_OF_IMAGE = ("pytest", "tests/test_image_tiles.py", "-k", "change_nothing and cube")
 HIDDEN = ("pytest", "tests/test_hidden_parts.py")
 
+LOOKED_AT = ("pytest", "tests/test_receiver_tiles.py", "-k", "no_receiver_looks_at")
+
 GRID = "shaders/warp/grid.wgsl"
 TABLES = "shaders/warp_map.wgsl"
 BANDS = "shaders/rasterize_bands.wgsl"
@@ -20,6 +22,8 @@ TILES = "shaders/lib/tiles.wgsl"
 PARTS = "shaders/lib/parts.wgsl"
 COVERAGE = "shaders/lib/coverage.wgsl"
 IMAGE_TILES = "shaders/image_tiles.wgsl"
+MARKED = "src/cpu/lookup/looked_at.rs"
+RECEIVER_TILES = "src/cpu/receiver_tiles.rs"
 
 MUTANTS = (
     Mutant(
@@ -116,5 +120,28 @@ MUTANTS = (
     Mutant(
         "hidden parts", "what is nearer than the near plane hides", PARTS,
         "depths.x >= projection.z_min && depths.y <= projection.z_max", "true", HIDDEN,
+    ),
+    Mutant(
+        "tiles that receivers look at", "the texels to the right are left out", MARKED,
+        "((high[k] + reach) as usize)", "(high[k] as usize)", LOOKED_AT,
+    ),
+    Mutant(
+        "tiles that receivers look at", "the last column of blocks is left out", RECEIVER_TILES,
+        "(last - start).min(BLOCKS - 1)", "(last - start).min(BLOCKS - 2)", LOOKED_AT,
+    ),
+    Mutant(
+        "tiles that receivers look at", "the last receivers forget those before", RECEIVER_TILES,
+        "known.fetch_or(blocks, Ordering::Relaxed);", "known.store(blocks, Ordering::Relaxed);",
+        LOOKED_AT,
+    ),
+    Mutant(
+        "tiles that receivers look at", "blocks of another row of curved maps",
+        "src/cpu/tile_rays.rs",
+        "let (bx, by) = (i % BLOCKS, i / BLOCKS / BLOCK);",
+        "let (bx, by) = (i % BLOCKS, i / BLOCKS % BLOCKS);", LOOKED_AT,
+    ),
+    Mutant(
+        "tiles that receivers look at", "a disc goes beyond", "src/cpu/verbs.rs",
+        "|| settings.lookup.looks_far()", "|| settings.lookup.reach > 2", LOOKED_AT,
     ),
 )  # fmt: skip

@@ -41,7 +41,7 @@ MUTANTS = (
     ),
     Mutant(
         "ties", "the receiver is known exactly", TRUTH,
-        "margin: corner_margin + (corner_margin / cosine.abs()).min(extent),", "margin: 0.0,",
+        "margin: margin + (margin / cosine.abs()).min(self.extent),", "margin: 0.0,",
         REFERENCE,
     ),
     Mutant(
