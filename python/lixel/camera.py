@@ -472,10 +472,15 @@ class Camera:
         return self._with_znear(self._znear_for(scene) if self.znear is None else self.znear)
 
     def _znear_for(self, scene: _Geometry) -> float:
-        low, high = scene.bounds
-        forward = -self.pose[:3, 2]
-        nearest = float(np.minimum((low - self.eye) * forward, (high - self.eye) * forward).sum())
-        least = max(1e-9 * float(np.linalg.norm(high - low)), 1e-30)
+        bounds = scene.bounds
+        # By plain numbers: for three of them numpy's calls are most of the time.
+        x, y, z = (
+            min((least - axis[3]) * -axis[2], (greatest - axis[3]) * -axis[2])
+            for least, greatest, axis in zip(*bounds.tolist(), self.pose.tolist(), strict=False)
+        )
+        nearest = float(x + y + z)
+        diagonal = bounds[1] - bounds[0]
+        least = max(1e-9 * math.sqrt(float(diagonal.dot(diagonal))), 1e-30)
         znear = max(0.5 * nearest, 0.0 if self.is_orthographic else least)
         return min(znear, 0.5 * self.zfar)
 

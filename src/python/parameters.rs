@@ -16,7 +16,7 @@ use numpy::ndarray::{ArrayView, ArrayViewD, Dimension};
 use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
+use pyo3::types::{IntoPyDict, PyDict, PyFloat, PyString, PyTuple};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -343,6 +343,10 @@ fn narrowed<T: Copy, D: Dimension>(
 
 /// Real numbers in an array with one of so many axes, as float64.
 fn numbers<'py>(value: &Bound<'py, PyAny>, axes: &[usize]) -> Result<Bound<'py, PyAny>, Fault> {
+    if value.is_exact_instance_of::<PyFloat>() && axes.contains(&0) {
+        // As it is, which spares numpy's part in each parameter of each render.
+        return Ok(value.clone());
+    }
     let py = value.py();
     let numpy = py.import("numpy").map_err(|_| Fault::Kind)?;
     // A ragged list is no array.

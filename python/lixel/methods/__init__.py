@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast, get_args
 
@@ -155,9 +156,17 @@ def method_from(method: str | Method, /, **parameters: Any) -> Method:
     return replace(found, **parameters) if parameters else found
 
 
+@cache
+def _default(name: str) -> Method:
+    """A built-in method with its defaults: nothing changes it, so that all renders share one."""
+    return METHODS[name]()
+
+
 def _named(method: str | Method) -> Method:
     if isinstance(method, Method):
         return method
+    if isinstance(method, str) and method in METHODS:
+        return _default(method)
     known = ", ".join(repr(name) for name in (*METHODS, *OWN_METHODS, Auto.name))
     if isinstance(method, type) and issubclass(method, ShadowMethod):
         raise TypeError(f"method must be an object, {method.__name__}(), got the class itself")
@@ -167,8 +176,6 @@ def _named(method: str | Method) -> Method:
         )
     if method == Auto.name:
         return Auto()
-    if method in METHODS:
-        return METHODS[method]()
     if method in OWN_METHODS:
         return OWN_METHODS[method]()
     plain, separator, paper = (part.strip() for part in method.partition("@"))
