@@ -28,7 +28,8 @@ pub struct Recording {
     /// Whether what cannot change a picture is left out; `false` is for the proof that it cannot.
     pub culls: bool,
     member: Member,
-    encoder: wgpu::CommandEncoder,
+    /// Of the next submission, once there is something to record.
+    encoder: Option<wgpu::CommandEncoder>,
     bind_groups: BindGroups,
     /// Of the next submission.
     uniforms: Uniforms,
@@ -87,7 +88,7 @@ impl Recording {
             gpu: gpu.clone(),
             culls,
             member,
-            encoder: new_encoder(gpu),
+            encoder: None,
             bind_groups: gpu.take_bind_groups(),
             uniforms: Uniforms::default(),
             queries,
@@ -139,13 +140,13 @@ impl Recording {
             usage: BufferUsages::COPY_SRC,
         });
         let size = size_of_val(values) as u64;
-        self.encoder
+        self.encoder()
             .copy_buffer_to_buffer(&given, 0, buffer, 0, size);
     }
 
     /// Sets a buffer to zero.
     pub fn clear(&mut self, buffer: &wgpu::Buffer) {
-        self.encoder.clear_buffer(buffer, 0, None);
+        self.encoder().clear_buffer(buffer, 0, None);
     }
 
     /// Records a pass: its dispatches in order, timed together under the label.
@@ -159,11 +160,12 @@ impl Recording {
         let prepared: Vec<_> = dispatches.iter().map(prepare).collect();
         let start = self.begin_by_clock();
         let query = self.next_query(label);
+        let queries = self.queries.clone();
         let mut pass = self
-            .encoder
+            .encoder()
             .begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(label),
-                timestamp_writes: self.queries.as_ref().zip(query).map(|(query_set, query)| {
+                timestamp_writes: queries.as_ref().zip(query).map(|(query_set, query)| {
                     wgpu::ComputePassTimestampWrites {
                         query_set,
                         beginning_of_pass_write_index: Some(query),
@@ -217,26 +219,29 @@ impl Recording {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(label),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &image.create_view(&wgpu::TextureViewDescriptor::default()),
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Discard,
-                },
-            })],
-            timestamp_writes: self.queries.as_ref().zip(query).map(|(query_set, query)| {
-                wgpu::RenderPassTimestampWrites {
-                    query_set,
-                    beginning_of_pass_write_index: Some(query),
-                    end_of_pass_write_index: Some(query + 1),
-                }
-            }),
-            ..Default::default()
-        });
+        let queries = self.queries.clone();
+        let mut pass = self
+            .encoder()
+            .begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(label),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &image.create_view(&wgpu::TextureViewDescriptor::default()),
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                        store: wgpu::StoreOp::Discard,
+                    },
+                })],
+                timestamp_writes: queries.as_ref().zip(query).map(|(query_set, query)| {
+                    wgpu::RenderPassTimestampWrites {
+                        query_set,
+                        beginning_of_pass_write_index: Some(query),
+                        end_of_pass_write_index: Some(query + 1),
+                    }
+                }),
+                ..Default::default()
+            });
         for (draw, (pipeline, bind_group)) in draws.iter().zip(&prepared) {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, bind_group, &[]);
@@ -304,8 +309,12 @@ impl Recording {
 
     fn take_recorded(&mut self) -> wgpu::CommandBuffer {
         self.uniforms.send(&self.gpu);
-        let next = new_encoder(&self.gpu);
-        std::mem::replace(&mut self.encoder, next).finish()
+        let encoder = self.encoder.take();
+        encoder.unwrap_or_else(|| new_encoder(&self.gpu)).finish()
+    }
+
+    fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        self.encoder.get_or_insert_with(|| new_encoder(&self.gpu))
     }
 
     /// Marks the first `count` elements of a storage buffer to be read after the next submission;
@@ -364,7 +373,7 @@ impl Recording {
     fn copy_to_staging(&mut self, source: &wgpu::Buffer, size: u64) -> Result<PooledBuffer> {
         let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = self.gpu.pool.scratch("read-back", size, usage)?;
-        self.encoder
+        self.encoder()
             .copy_buffer_to_buffer(source, 0, &staging, 0, size);
         Ok(staging)
     }
@@ -406,7 +415,8 @@ impl Recording {
     }
 
     fn resolve_timestamps(&mut self) -> Result<Option<Read<u64>>> {
-        let Some(queries) = self.queries.as_ref().filter(|_| !self.labels.is_empty()) else {
+        let queries = self.queries.clone();
+        let Some(queries) = queries.filter(|_| !self.labels.is_empty()) else {
             return Ok(None);
         };
         let count = 2 * self.labels.len() as u32;
@@ -415,8 +425,8 @@ impl Recording {
             .gpu
             .pool
             .scratch("timestamps", u64::from(2 * MAX_PASSES) * 8, usage)?;
-        self.encoder
-            .resolve_query_set(queries, 0..count, &resolved, 0);
+        self.encoder()
+            .resolve_query_set(&queries, 0..count, &resolved, 0);
         self.read(Source::Kept(&resolved), count as usize).map(Some)
     }
 
@@ -446,13 +456,20 @@ pub enum Source<'a> {
 
 impl ReadResults {
     pub fn take<T: Pod>(&self, read: &Read<T>) -> Result<Vec<T>> {
+        self.with(read, <[T]>::to_vec)
+    }
+
+    /// What some work makes of the values where they lie. They are not handed out for longer: wgpu frees what is
+    /// mapped when the device is lost, under whoever looks at it, and a forked process shares a GPU's memory with
+    /// the one that it came from, or has none.
+    pub fn with<T: Pod, R>(&self, read: &Read<T>, work: impl FnOnce(&[T]) -> R) -> Result<R> {
         let size = (read.count * size_of::<T>()) as u64;
         let view = self.0[read.index].get_mapped_range(0..size);
         let view = view.map_err(|error| Error::Device(format!("read-back failed: {error}")))?;
         Ok(match bytemuck::try_cast_slice(&view) {
-            Ok(values) => values.to_vec(),
+            Ok(values) => work(values),
             // The driver put it where such numbers cannot be.
-            Err(_) => bytemuck::pod_collect_to_vec(&view),
+            Err(_) => work(&bytemuck::pod_collect_to_vec(&view)),
         })
     }
 }

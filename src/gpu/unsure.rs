@@ -59,7 +59,18 @@ impl UnsureRead {
         (scene, camera, light): (&Scene, &Camera, &Light),
         visibility: &mut [f32],
     ) -> Result<Option<Facts>> {
-        let words = results.take(&self.words)?;
+        results.with(&self.words, |words| {
+            self.decide_in(words, room, (scene, camera, light), visibility)
+        })?
+    }
+
+    fn decide_in(
+        &self,
+        words: &[u32],
+        room: &Room,
+        (scene, camera, light): (&Scene, &Camera, &Light),
+        visibility: &mut [f32],
+    ) -> Result<Option<Facts>> {
         let count = words[0];
         if u64::from(count) > self.room {
             let wanted = u64::from(count).next_power_of_two();
