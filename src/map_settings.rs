@@ -119,7 +119,12 @@ impl Comparison {
 
     /// Whether it may look at any texel of the map: a disc may be of any size, and an edge is followed far.
     pub fn looks_far(self) -> bool {
-        self.filter.is_some() || self.moments.is_some() || self.is_revectorized
+        self.is_filtered() || self.is_revectorized
+    }
+
+    /// Whether receivers may be lit in part.
+    pub fn is_filtered(self) -> bool {
+        self.filter.is_some() || self.moments.is_some()
     }
 
     /// Texels along each side of what is looked at.

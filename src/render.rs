@@ -13,6 +13,7 @@ use crate::fits::layer::Layer;
 use crate::fits::receivers::Setting;
 use crate::fits::uniform::uniform_along;
 use crate::gpu::passes::importance_map::ImportanceMap;
+use crate::gpu::passes::packed_image::ImageRead;
 use crate::gpu::passes::warp_map::Layout;
 use crate::gpu::passes::{inputs::Receivers, shadow_map, visibility};
 use crate::gpu::pool::PooledBuffer;
@@ -404,7 +405,8 @@ fn record(
     let at_light = view.casters_at_light();
     let frame = view.frame();
     let gpu = frame.gpu.clone();
-    let visibility = frame.read::<f32>(Source::Taken(visibility), pixels)?;
+    let is_filtered = layers.iter().any(|layer| layer.comparison.is_filtered());
+    let visibility = ImageRead::new(frame, visibility, pixels, is_filtered)?;
     let keys = (outputs.reads_triangles() || !at_light.is_empty())
         .then(|| frame.read::<u64>(Source::Kept(visibility_buffer), pixels))
         .transpose()?;
@@ -421,7 +423,7 @@ fn record(
     if !frame.had_room {
         return Ok(None);
     }
-    let mut lit = results.take(&visibility)?;
+    let mut lit = visibility.take(&results)?;
     if let Some(unsure) = unsure {
         let start = Instant::now();
         let view = (scene, camera, light);

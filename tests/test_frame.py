@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -69,6 +70,36 @@ def test_render_shadows_is_the_frame_without_the_rest(view, frame):
     visibility = lx.render_shadows(*view, lx.DesiredView(resolution=128))
     assert visibility.dtype == np.float32
     assert np.array_equal(visibility, frame.visibility, equal_nan=True)
+
+
+@pytest.mark.parametrize("lookup", ["auto", lx.Pcf()])
+def test_images_are_the_callers_own(view, engine, lookup):
+    """Later frames do not change them, and what is written into them changes no later frame."""
+    scene, _, light = view
+    method = lx.DesiredView(resolution=64, lookup=lookup)
+    cameras = [
+        lx.Camera.look_at((x, 3.0, 5.0), (0.0, 0.0, 0.0), yfov=0.8, width=37, height=23)
+        for x in (-2.0, -1.0, 0.0, 1.0, 2.0)
+    ]
+
+    def images() -> list[np.ndarray]:
+        return [lx.render_shadows(scene, camera, light, method) for camera in cameras]
+
+    kept = images() + images()
+    before = [image.tobytes() for image in kept]
+    assert len(set(before)) == len(cameras)
+    for image in kept[::2]:
+        image[:] = 0.5
+    assert [image.tobytes() for image in images()] == before[: len(cameras)]
+    # On another thread than theirs, while some of them stay.
+    others = kept[::2]
+    del kept[::2]
+    dropper = threading.Thread(target=others.clear)
+    dropper.start()
+    dropper.join()
+    lx.clear_cache()
+    assert [image.tobytes() for image in images()] == before[: len(cameras)]
+    assert [image.tobytes() for image in kept] == before[1::2]
 
 
 def test_points_of_a_scene_that_moved_are_refused(view):

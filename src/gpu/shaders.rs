@@ -84,6 +84,7 @@ pub const FILES: &[(&str, &str)] = &[
     file!("rasterize"),
     file!("rasterize_bands"),
     file!("outline"),
+    file!("packed_image"),
     file!("page_levels"),
     file!("ray_queries"),
     file!("receiver_lists"),

@@ -35,5 +35,8 @@ WITHOUT_MAP = (
 )  # fmt: skip
 """Shadows without a map."""
 
-GROUPS = ((VISIBILITY,), RECEIVERS, FIT, IMPORTANCE, MAP, BUILD, WITHOUT_MAP)
+READ_BACK = ("packed image",)
+"""What the image that is read back is made into."""
+
+GROUPS = ((VISIBILITY,), RECEIVERS, FIT, IMPORTANCE, MAP, BUILD, WITHOUT_MAP, READ_BACK)
 """Every label is in one of them."""

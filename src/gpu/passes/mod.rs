@@ -13,6 +13,7 @@ pub mod light_rays;
 pub mod lookup;
 pub mod moments;
 pub mod outline;
+pub mod packed_image;
 pub mod page_requests;
 pub mod rasterize;
 pub mod ray_queries;
@@ -46,6 +47,7 @@ pub const LABELS: &[&str] = &[
     lookup::LABEL,
     moments::LABEL,
     outline::LABEL,
+    packed_image::LABEL,
     page_requests::LABEL,
     ray_queries::LABEL,
     receiver_lists::LABEL,

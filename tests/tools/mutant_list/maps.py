@@ -12,7 +12,7 @@ TEXELS = ("pytest", "tests/test_shadow_maps.py", "-k", "texel_holds")
 PIXELS = ("pytest", "tests/test_visibility_buffer.py", "-k", "shared_edge or soups")
 TILES_OF_IMAGE = ("pytest", "tests/test_image_tiles.py", "-k", "change_nothing and cube")
 HIDDEN = ("pytest", "tests/test_hidden_parts.py")
-
+READ_BACK = ("cargo", "--lib", "packed_image")
 LOOKED_AT = ("pytest", "tests/test_receiver_tiles.py", "-k", "no_receiver_looks_at")
 
 GRID = "shaders/warp/grid.wgsl"
@@ -24,6 +24,8 @@ COVERAGE = "shaders/lib/coverage.wgsl"
 IMAGE_TILES = "shaders/image_tiles.wgsl"
 MARKED = "src/cpu/lookup/looked_at.rs"
 RECEIVER_TILES = "src/cpu/receiver_tiles.rs"
+PACKED = "shaders/packed_image.wgsl"
+IMAGE_READ = "src/gpu/passes/packed_image.rs"
 
 MUTANTS = (
     Mutant(
@@ -102,6 +104,14 @@ MUTANTS = (
         "image tiles", "are narrower than they are", IMAGE_TILES,
         "min(first + IMAGE_TILE, vec2<u32>(receivers.width, receivers.height))",
         "first + vec2<u32>(1u)", TILES_OF_IMAGE,
+    ),
+    Mutant(
+        "packed image", "all pixels of a word are its first", PACKED,
+        "min(4u * word + i, arrayLength", "min(4u * word, arrayLength", READ_BACK,
+    ),
+    Mutant(
+        "packed image", "what is lit in part is lit", IMAGE_READ,
+        "if is_filtered {", "if false {", READ_BACK,
     ),
     Mutant(
         "hidden parts", "what covers some of a tile hides all of it", PARTS,
