@@ -8,12 +8,18 @@ struct Pages {
     coarse_columns: u32,                // of the coarse tiles that the rasterizer cuts triangles into
     number: u32,                        // of the level among those of all maps, from 1 on
     first_bit: u32,                     // of its pages among those of all levels
-    asks: u32,                          // 1 where no texel is looked at, but its page is asked for
+}
+
+struct PageTable {
+    // 1 where no texel is looked at, but its page is asked for. Not in the uniform, as it turns within a frame: Mesa 22.3's
+    // llvmpipe compiles a shader anew where a uniform decides most of what it does, and frees none.
+    asks: u32,
+    // Of each page, in rows, its place among those that are stored, or ABSENT. Then of each coarse tile whether it has any.
+    places: array<u32>,
 }
 
 @group(0) @binding(26) var<uniform> pages_uniform: Pages;
-// Of each page, in rows, its place among those that are stored, or ABSENT. Then of each coarse tile whether it has any.
-@group(0) @binding(9) var<storage, read> page_table: array<u32>;
+@group(0) @binding(9) var<storage, read> page_table: PageTable;
 // A bit for each page of each level that is asked for.
 @group(0) @binding(27) var<storage, read_write> page_requests: array<atomic<u32>>;
 // Of each pixel the number of its level, zero where it needs none.
@@ -26,7 +32,7 @@ const ABSENT: u32 = 0xffffffffu;
 fn index_in_page(pages: Pages, place: vec2<u32>, size_shift: u32) -> u32 {
     let page = place >> vec2<u32>(size_shift);
     let within = place - (page << vec2<u32>(size_shift));
-    let slot = page_table[page.y * pages.columns + page.x];
+    let slot = page_table.places[page.y * pages.columns + page.x];
     let index = (((slot << size_shift) + within.y) << size_shift) + within.x;
     return select(index, ABSENT, slot == ABSENT);
 }
@@ -61,7 +67,7 @@ fn are_looked_at(tiles: vec4<u32>) -> bool {
 // Whether anything is stored of a coarse tile, and of a block of texels in it, which is no larger than a page.
 fn has_coarse_tile(tile: vec2<u32>) -> bool {
     let pages = pages_uniform;
-    return page_table[pages.columns * pages.columns + tile.y * pages.coarse_columns + tile.x] != 0u;
+    return page_table.places[pages.columns * pages.columns + tile.y * pages.coarse_columns + tile.x] != 0u;
 }
 
 fn has_block(projection: Projection, first: vec2<u32>) -> bool {
@@ -77,13 +83,13 @@ fn is_chosen(pixel: u32) -> bool {
 
 // Whether nothing is looked at.
 fn is_asking() -> bool {
-    return pages_uniform.asks != 0u;
+    return page_table.asks != 0u;
 }
 
 // Who asks is told that nothing is there. It is one pipeline that asks and that looks, so that both round alike.
 fn index_looked_at(projection: Projection, texel: vec2<u32>) -> u32 {
     let pages = pages_uniform;
-    if pages.asks != 0u {
+    if page_table.asks != 0u {
         let page = texel >> vec2<u32>(pages.shift);
         ask(pages.first_bit + page.y * pages.columns + page.x);
         return ABSENT;

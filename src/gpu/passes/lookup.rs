@@ -42,8 +42,8 @@ pub struct LookupInput<'a> {
 pub struct LevelInput<'a> {
     pub pages: PagesInput<'a>,
     pub level_of_pixel: &'a wgpu::Buffer,
-    /// Of a few bytes each, for bindings that have no part in it.
-    pub unused: [&'a wgpu::Buffer; 2],
+    /// Of a few bytes, for a binding that has no part in it.
+    pub unused: &'a wgpu::Buffer,
 }
 
 /// Answers for the receivers of the layer; the other pixels keep what they have. Per pixel, float32: 1 lit, 0 in

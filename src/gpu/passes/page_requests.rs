@@ -6,7 +6,7 @@
 
 use super::inputs::Receivers;
 use super::lookup::{LookupInput, lookup_dispatch};
-use super::stored_pages::NumberedLevel;
+use super::stored_pages::{NumberedLevel, PagesInput, table_of_requests};
 use crate::error::Result;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::pool::PooledBuffer;
@@ -95,6 +95,7 @@ pub fn page_levels(
 /// A bit for each page of all levels.
 pub struct PageRequests {
     bits: PooledBuffer,
+    table: PooledBuffer,
     words: usize,
 }
 
@@ -104,11 +105,13 @@ impl PageRequests {
         let words = (last.first_page as usize + last.grid.count()).div_ceil(32);
         let bits = frame.storage(LABEL, 4 * words as u64)?;
         frame.clear(&bits);
-        Ok(Self { bits, words })
+        let table = table_of_requests(frame)?;
+        Ok(Self { bits, table, words })
     }
 
-    pub fn bits(&self) -> &wgpu::Buffer {
-        &self.bits
+    /// For lookups that ask for a level's.
+    pub fn of(&self, level: NumberedLevel) -> PagesInput<'_> {
+        PagesInput::Ask(level, [&self.bits, &self.table])
     }
 
     /// Records what lookups ask for.

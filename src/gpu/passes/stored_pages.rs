@@ -14,7 +14,6 @@ shader_struct! {
         coarse_columns: u32,
         number: u32,
         first_bit: u32,
-        asks: u32,
     }
 }
 
@@ -36,9 +35,17 @@ impl NumberedLevel {
             coarse_columns,
             number: self.number,
             first_bit: self.first_page,
-            asks: u32::from(coarse_columns == 0),
         }
     }
+}
+
+/// What begins a page table: whether no texel is looked at, but its page is asked for.
+const LOOKS: u32 = 0;
+const ASKS: u32 = 1;
+
+/// The table of lookups that ask for pages, which have none yet.
+pub fn table_of_requests(frame: &Recording) -> Result<PooledBuffer> {
+    frame.constants("page table", &[ASKS, 0])
 }
 
 /// Which pages of a level have texels, and where.
@@ -61,7 +68,7 @@ impl StoredPages {
     ) -> Result<Self> {
         let grid = level.grid;
         let columns = side.div_ceil(1 << coarse);
-        let mut table = grid.slots(places);
+        let mut table = [&[LOOKS], &*grid.slots(places)].concat();
         let first = table.len();
         table.resize(first + columns.pow(2) as usize, 0);
         for &[x, y] in places {
@@ -94,8 +101,8 @@ impl StoredPages {
 /// What a lookup does in the pages of a level.
 #[derive(Clone, Copy)]
 pub enum PagesInput<'a> {
-    /// Asks for them in place of looking: a bit for each of all levels.
-    Ask(NumberedLevel, &'a wgpu::Buffer),
+    /// Asks for them in place of looking: a bit for each of all levels, with a table that says so.
+    Ask(NumberedLevel, [&'a wgpu::Buffer; 2]),
     Look(&'a StoredPages),
 }
 
@@ -107,19 +114,19 @@ impl Kernel {
             .bind(9, &pages.table)
     }
 
-    /// The pages of a lookup, and of each pixel the number of its level. What has no part in it is `unused`.
+    /// The pages of a lookup, and of each pixel the number of its level. `unused` stands for requests.
     pub fn pages_looked_at(
         self,
         pages: PagesInput,
         level_of_pixel: &wgpu::Buffer,
-        [unused, unused_too]: [&wgpu::Buffer; 2],
+        unused: &wgpu::Buffer,
     ) -> Self {
         let kernel = match pages {
             PagesInput::Look(pages) => self.stored_pages(pages).bind(27, unused),
-            PagesInput::Ask(level, requests) => self
+            PagesInput::Ask(level, [requests, table]) => self
                 .fill("paging/pages")
                 .uniform(26, &level.uniform(0))
-                .bind(9, unused_too)
+                .bind(9, table)
                 .bind(27, requests),
         };
         kernel.bind(28, level_of_pixel)

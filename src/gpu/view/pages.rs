@@ -24,7 +24,7 @@ struct PagedLookups {
     levels: Vec<Level>,
     numbered: Vec<NumberedLevel>,
     level_of_pixel: PooledBuffer,
-    unused: [PooledBuffer; 2],
+    unused: PooledBuffer,
     visibility: PooledBuffer,
 }
 
@@ -55,7 +55,6 @@ impl PagedLookups {
         let level = &self.levels[number];
         let projection = &level.layer.projection;
         let rounding = position_rounding(projection, seen.camera.eye);
-        let [unused, unused_too] = &self.unused;
         let input = LookupInput {
             projection,
             warp: None,
@@ -66,7 +65,7 @@ impl PagedLookups {
             pages: Some(LevelInput {
                 pages,
                 level_of_pixel: &self.level_of_pixel,
-                unused: [unused, unused_too],
+                unused: &self.unused,
             }),
         };
         let tiles = self.tiles[level.map].as_deref();
@@ -95,10 +94,7 @@ impl View<'_> {
             numbered: numbered(&levels),
             levels,
             level_of_pixel: self.frame.storage("levels of pixels", 4 * pixels)?,
-            unused: [
-                self.frame.storage("unused", 16)?,
-                self.frame.storage("unused, too", 16)?,
-            ],
+            unused: self.frame.storage("unused", 16)?,
             visibility,
         };
         let (bias, asked) = paging.bounded(|bias| {
@@ -151,8 +147,7 @@ impl View<'_> {
         let requests = PageRequests::new(frame, &lookups.numbered)?;
         let inputs = lookups.numbered.iter().enumerate();
         let inputs = inputs.map(|(number, level)| {
-            let pages = PagesInput::Ask(*level, requests.bits());
-            lookups.input(seen, number, pages, &lookups.unused[0])
+            lookups.input(seen, number, requests.of(*level), &lookups.unused)
         });
         let inputs: Vec<_> = inputs.collect();
         requests.ask(frame, &inputs, &lookups.visibility);
