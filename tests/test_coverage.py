@@ -195,6 +195,43 @@ def test_samples_of_a_crowd(kind):
     assert_one_by_one(scene, camera, light, 32)
 
 
+def crumbs(size: int, lies: bool) -> tuple[lx.Scene, lx.Camera, lx.Light]:
+    """A floor from above, and crumbs that shade it, which the camera does not see: over it, or just
+    above the floor, before what it sees. Each is less wide than a pixel and than half a cell of the
+    light's grid."""
+    random = np.random.default_rng(7)
+    floor = [(-32, 0, -32), (-32, 0, 32), (32, 0, 32), (32, 0, -32)]
+    count = 3000
+    low, high = (0.02, 0.04) if lies else (8.0, 9.0)
+    middles = random.uniform((-14, low, -14), (14, high, 14), (count, 1, 3))
+    corners = middles + random.uniform(-0.06, 0.06, (count, 3, 3)) * (1.0, 0.2, 1.0)
+    faces = [(0, 1, 2), (0, 2, 3), *(4 + np.arange(3 * count)).reshape(-1, 3).tolist()]
+    scene = lx.Scene([*floor, *corners.reshape(-1, 3).tolist()], faces)
+    # Turned, so that the light sees pixels askew.
+    camera = lx.Camera.look_at(
+        *((0, 5, 0), (0, 0, 0), (0.5, 0, -1)),
+        **{"ymag": 14.0, "width": size, "height": size, "znear": 4.995, "zfar": 6.0},
+    )
+    return scene, camera, lx.DirectionalLight((0.8, -1, 0.3) if lies else (0, -1, 0))
+
+
+@pytest.mark.parametrize("lies", [False, True])
+@pytest.mark.parametrize(("size", "is_in_few_cells"), [(80, False), (160, True), (240, True)])
+def test_a_pixel_is_tested_in_every_cell_of_the_light_that_it_touches(size, is_in_few_cells, lies):
+    """Most crumbs are in one cell's list, and their shadow is in pixels of which most is in another
+    cell. Footprints are of whole pixels where they are in two cells along an axis, at most."""
+    view = crumbs(size, lies)
+    effort = together(*view, 16)["effort"]
+    assert (effort["open_pixels"] < 0.4 * effort["whole_pixels"]) == is_in_few_cells
+    truth = lx.coverage(*view, samples=16)
+    found = lx.coverage(*view, "exact", samples=16, device="cpu")
+    is_partly = (truth.visibility > 0) & (truth.visibility < 1)
+    assert is_partly.sum() > 300
+    is_known = truth.tie == 0
+    assert is_known.mean() > 0.99
+    assert np.array_equal(found.visibility[is_known], truth.visibility[is_known])
+
+
 def test_samples_of_parallel_rays():
     assert_one_by_one(*half_plane(0.37), 16)
 

@@ -54,6 +54,54 @@ def test_no_pixel_of_a_crowd_is_wrong(name, light):
             assert again.tobytes() == found.tobytes()
 
 
+def shading_crowds(size: int = 240) -> tuple[lx.Scene, lx.Camera]:
+    """A floor from above, and over the camera specks in crowds, each over several cells of the
+    light's grid. Over three pixels of one crowd there are crowds in it, as narrow as a cell of its
+    own grid. Most triangles are elsewhere, and far more are of no crowd."""
+    random = np.random.default_rng(7)
+    camera = lx.Camera.look_at(
+        (0, 5, 0), (0, 0, 0), (0.5, 0, -1), ymag=14.0, width=size, height=size, zfar=6.0
+    )
+
+    def under(column: int, row: int) -> np.ndarray:
+        """The place on the floor that a pixel's centre sees."""
+        aside = (np.array([column, row]) + 0.5 - size / 2) * 28.0 / size
+        return 8.5 * np.array((0, 1, 0)) + camera.pose[:3, :2] @ (aside * (1, -1))
+
+    def specks(count: int, middle: np.ndarray, reach: float, width: float) -> np.ndarray:
+        middles = middle + random.uniform(-1, 1, (count, 1, 3)) * (reach, 0.5, reach)
+        return middles + random.uniform(-width, width, (count, 3, 3))
+
+    corners = np.concatenate(
+        [
+            specks(90_000, under(60, 70), 0.55, 0.007),
+            specks(60_000, under(180, 150), 0.45, 0.007),
+            *(specks(5_000, under(*at), 0.002, 5e-5) for at in ((60, 70), (61, 71), (59, 70))),
+            specks(240_000, np.array((26, 8, 26)), 5.0, 0.05),
+        ]
+    )
+    floor = [(-32, 0, -32), (-32, 0, 32), (32, 0, 32), (32, 0, -32)]
+    faces = np.concatenate([[(0, 1, 2), (0, 2, 3)], 4 + np.arange(3 * len(corners)).reshape(-1, 3)])
+    return lx.Scene(np.concatenate([floor, corners.reshape(-1, 3)]), faces), camera
+
+
+@pytest.mark.parametrize("kind", ["sun", "lamp"])
+def test_shadows_of_crowds_over_several_cells_are_right(kind):
+    scene, camera = shading_crowds()
+    light = {"sun": lx.DirectionalLight((0, -1, 0)), "lamp": lx.PointLight((0, 60, 0))}[kind]
+    truth = lx.reference(scene, camera, light)
+    in_shadow = truth.visibility == 0.0
+    assert in_shadow[55:85, 45:75].sum() > 30
+    assert in_shadow[135:165, 165:195].sum() > 30
+    found = lx.render_shadows(scene, camera, light, "exact", device="cpu")
+    assert lx.compare(found, truth).misclassified_count == 0
+    shares = lx.coverage(scene, camera, light, samples=16)
+    found = lx.coverage(scene, camera, light, "exact", samples=16, device="cpu")
+    is_known = shares.tie == 0
+    assert is_known.mean() > 0.99
+    assert np.array_equal(found.visibility[is_known], shares.visibility[is_known])
+
+
 def test_large_triangles_over_each_other_share_no_places():
     """They are so many that the cells of a tile share them."""
     y = 5.0 + 0.01 * np.arange(600)

@@ -237,6 +237,26 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_parts_crowds() {
+        // Few enough for one crowd, but for the gaps between them.
+        let blocks = [(3..5, 7..8), (90..92, 7..8), (3..4, 20..22)];
+        let is_crowded = |column: usize, row: usize| {
+            let mut blocks = blocks.iter();
+            blocks.any(|(columns, rows)| columns.contains(&column) && rows.contains(&row))
+        };
+        let crowds = Crowds::<()>::new(SIDE, is_crowded);
+        let mut found: Vec<_> = crowds.all.into_iter().map(|crowd| crowd.cells).collect();
+        found.sort_by_key(|cells| (cells.rows.start, cells.columns.start));
+        let expected = blocks.map(|(columns, rows)| Cells { columns, rows });
+        assert_eq!(found, expected);
+        // A narrower one is no gap.
+        let crowds = Crowds::<()>::new(SIDE, |column, row| {
+            row == 9 && [3, 3 + GAP].contains(&column)
+        });
+        assert_eq!(crowds.all.len(), 1);
+    }
+
+    #[test]
     fn there_are_not_too_many_crowds() {
         let crowds = Crowds::<()>::new(SIDE, |column, row| column % 9 == 0 && row % 9 == 0);
         assert_eq!(crowds.all.len(), MOST_CROWDS);

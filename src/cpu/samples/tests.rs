@@ -1,12 +1,15 @@
 //! Samples against frames of moved cameras, and footprints against points in float64.
 
 use super::super::exact::exact;
-use super::super::lanes::{Simd, dispatch, f32x16, level};
+use super::super::lanes::{EPSILON, LANES, Simd, bits, dispatch, f32x16, level};
 use super::super::light_grid::{CELL, GRID};
 use super::super::rasterize::{NONE, rasterize};
+use super::super::receivers::{BlockReceivers, KnownPlanes};
 use super::super::shapes::Shapes;
 use super::super::tests::{flat_view, prepared};
+use super::super::tiles::BLOCK;
 use super::draw::{DrawnSamples, SampledTile};
+use super::footprints::{BlockFootprints, BlockSquares};
 use super::*;
 use crate::camera::Rays;
 use crate::cpu::bins::Cover;
@@ -15,7 +18,7 @@ use crate::twin::Random;
 use fearless_simd::prelude::*;
 use glam::{DMat4, DQuat, DVec3};
 
-/// Triangles of all sizes, some beside each other in strips, some around the eye or across it.
+/// Triangles of all sizes, some beside each other in strips, some twice, some around the eye or across it.
 fn triangles(random: &mut Random, count: usize) -> Scene {
     let mut vertices: Vec<DVec3> = Vec::new();
     for i in 0..count {
@@ -26,6 +29,10 @@ fn triangles(random: &mut Random, count: usize) -> Scene {
             // At an edge of the last one.
             let end = vertices.len();
             (corners[0], corners[1]) = (vertices[end - 2], vertices[end - 1]);
+            // Or it once more, from another corner on.
+            if random.below(6) == 0 {
+                corners[2] = vertices[end - 3];
+            }
         }
         vertices.extend(corners);
     }
@@ -160,6 +167,154 @@ fn samples_are_lit_where_moved_cameras_say_so() {
 
 /// A parallelogram: its middle, and half of two of its sides.
 type Parallelogram = [DVec3; 3];
+
+/// What is found of the squares of a block of pixels, and where a view sees them.
+#[derive(Default)]
+struct FoundSquares {
+    asked: [u32; BLOCK],
+    facing: [u32; BLOCK],
+    unsure: [u32; BLOCK],
+    known: [u32; BLOCK],
+    footprints: [[Parallelogram; LANES]; BLOCK],
+}
+
+#[inline(always)]
+fn squares_of<S: Simd>(
+    simd: S,
+    receivers: &Receivers,
+    view: &ViewFromEye,
+    (x, y): (usize, usize),
+) -> FoundSquares {
+    let mut found = FoundSquares::default();
+    let mut block = BlockReceivers::none(simd);
+    for i in 0..BLOCK {
+        let ids: [Option<u32>; LANES] =
+            std::array::from_fn(|lane| receivers.image.triangle_at(x + lane, y + i));
+        let first = ids.iter().flatten().next().copied().unwrap_or(NONE);
+        block.ids[i] = ids.map(|id| id.unwrap_or(first));
+        block.is_one[i] = block.ids[i].iter().all(|id| *id == first);
+        let seen = (0..LANES).filter(|&lane| ids[lane].is_some());
+        found.asked[i] = seen.fold(0, |seen, lane| seen | 1 << lane);
+    }
+    let (mut squares, mut known) = (BlockSquares::none(simd), KnownPlanes::default());
+    receivers.squares(
+        simd,
+        (x, y),
+        &found.asked,
+        &mut known,
+        &mut block,
+        &mut squares,
+    );
+    (found.facing, found.unsure) = (squares.facing, squares.unsure);
+    let mut footprints = BlockFootprints::none(simd);
+    view.footprints(simd, &block, &squares, &squares.facing, &mut footprints);
+    found.known = footprints.known;
+    for (i, of_row) in found.footprints.iter_mut().enumerate() {
+        let vectors = [
+            footprints.middle[i],
+            footprints.sides[i][0],
+            footprints.sides[i][1],
+        ];
+        let vectors = vectors.map(|vector| vector.map(|lanes| <[f32; LANES]>::from(lanes)));
+        for (lane, footprint) in of_row.iter_mut().enumerate() {
+            *footprint = vectors.map(|[u, v, n]| {
+                DVec3::new(f64::from(u[lane]), f64::from(v[lane]), f64::from(n[lane]))
+            });
+        }
+    }
+    found
+}
+
+/// Whether a point is in a parallelogram but for rounding to float32, by linear functions of its place.
+fn holds(random: &mut Random, [middle, one, other]: Parallelogram, point: DVec3) -> bool {
+    let size = middle.abs() + one.abs() + other.abs();
+    let across = |side: DVec3| DVec3::new(-side.y, side.x, 0.0);
+    let mut functions = vec![DVec3::X, DVec3::Y, DVec3::Z, across(one), across(other)];
+    functions.extend((0..6).map(|_| random.vector() / size));
+    functions.into_iter().all(|function| {
+        let room = 4.0 * f64::from(EPSILON) * function.abs().dot(size);
+        let reach = function.dot(one).abs() + function.dot(other).abs();
+        function.dot(point - middle).abs() <= reach + room
+    })
+}
+
+#[test]
+fn footprints_hold_what_their_pixels_see() {
+    let mut random = Random(24);
+    // By views of parallel rays and others, and by cameras of both kinds; within the light's cone, beside it and neither.
+    let (mut counts, mut in_cone) = ([[0; 2]; 2], [0; 3]);
+    for round in 0..60 {
+        let scene = triangles(&mut random, 30);
+        let camera = camera(&mut random, (64, 48));
+        let light = light(&mut random);
+        let image = rasterize(&View::of_camera(&camera), &scene);
+        let receivers = Receivers::new(&scene, &image, &camera, &light);
+        let view = &views(&light, scene.bounds())[0];
+        let seen = ViewFromEye::new(view, camera.eye);
+        for block in 0..8 * 6 {
+            let corner = (block % 8 * BLOCK, block / 8 * BLOCK);
+            let found = dispatch!(level(), simd => squares_of(simd, &receivers, &seen, corner));
+            for (i, lane) in
+                (0..BLOCK).flat_map(|i| bits(found.asked[i]).map(move |lane| (i, lane)))
+            {
+                let pixel = (corner.0 + lane, corner.1 + i);
+                let [a, b, c] = scene.corners(image.triangle_at(pixel.0, pixel.1).unwrap());
+                let normal = (b - a).cross(c - a).normalize();
+                let is = |mask: [u32; BLOCK]| mask[i] >> lane & 1 != 0;
+                let (is_facing, is_unsure, is_known) =
+                    (is(found.facing), is(found.unsure), is(found.known));
+                let mut inside = [false; 2];
+                for k in 0..12 {
+                    let mut share = || match k {
+                        0..8 => 0.5 * random.signed().signum(),
+                        _ => 0.5 * random.signed(),
+                    };
+                    let place = DVec2::new(pixel.0 as f64, pixel.1 as f64) + 0.5;
+                    let place = place + DVec2::new(share(), share());
+                    let (start, ray) = camera.ray_from_place(place);
+                    let from = camera.eye + start;
+                    let point = from + ray * (normal.dot(a - from) / normal.dot(ray));
+                    let case = format!("round {round}: {pixel:?}, {point}, {light:?}");
+                    if is_known {
+                        let place = view.homogeneous(point);
+                        assert!(place.place.z > 0.0, "{case}");
+                        let place = place.place.truncate().extend(place.nearness) / place.place.z;
+                        let footprint = found.footprints[i][lane];
+                        assert!(
+                            holds(&mut random, footprint, place),
+                            "{place} of {footprint:?}, {case}"
+                        );
+                    }
+                    if let Some(cone) = light.cone() {
+                        let depth = cone.depth_of(-light.vector_from_point(point));
+                        inside[usize::from(depth > 0.0)] |= depth.abs() > 1e-9;
+                    }
+                }
+                counts[usize::from(camera.rays == Rays::Orthographic)]
+                    [usize::from(seen.is_parallel)] += usize::from(is_known);
+                let to_eye = match camera.rays {
+                    Rays::Perspective => camera.eye - a,
+                    Rays::Orthographic => -camera.forward,
+                };
+                let sides = [to_eye, light.vector_from_point(a)].map(|way| normal.dot(way));
+                let faces = sides[0] * sides[1] > 1e-9;
+                if light.cone().is_some() && faces {
+                    assert!(!is_facing || !inside[0], "round {round}: {pixel:?}");
+                    assert!(
+                        is_facing || is_unsure || !inside[1],
+                        "round {round}: {pixel:?}"
+                    );
+                    in_cone[usize::from(is_facing) + 2 * usize::from(is_unsure)] += 1;
+                }
+            }
+        }
+    }
+    assert!(
+        counts.as_flattened().iter().all(|&count| count > 500),
+        "{counts:?}"
+    );
+    assert!(in_cone.iter().all(|&count| count > 100), "{in_cone:?}");
+}
 
 /// One near an edge of the triangle, or anywhere in the cell around the origin; rounded to float32.
 fn parallelogram(random: &mut Random, scene: &Scene, origin: DVec2) -> Parallelogram {
