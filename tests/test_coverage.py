@@ -180,6 +180,8 @@ def test_samples_together_are_those_of_moved_cameras(name, kind):
     camera = next(iter(scene.cameras.values())).resized(101, 67)
     for samples in (1, 6, 32):
         assert_one_by_one(scene, camera, lights_over(scene)[kind], samples)
+    # Pixels so small that most fall in few cells of the light's grid.
+    assert_one_by_one(scene, camera.resized(307, 203), lights_over(scene)[kind], 9)
 
 
 def test_more_samples_than_are_together_at_once(view):
@@ -208,9 +210,9 @@ def crumbs(size: int, lies: bool) -> tuple[lx.Scene, lx.Camera, lx.Light]:
     faces = [(0, 1, 2), (0, 2, 3), *(4 + np.arange(3 * count)).reshape(-1, 3).tolist()]
     scene = lx.Scene([*floor, *corners.reshape(-1, 3).tolist()], faces)
     # Turned, so that the light sees pixels askew.
+    seen = {"znear": 4.995, "zfar": 6.0}
     camera = lx.Camera.look_at(
-        *((0, 5, 0), (0, 0, 0), (0.5, 0, -1)),
-        **{"ymag": 14.0, "width": size, "height": size, "znear": 4.995, "zfar": 6.0},
+        (0, 5, 0), (0, 0, 0), (0.5, 0, -1), ymag=14.0, width=size, height=size, **seen
     )
     return scene, camera, lx.DirectionalLight((0.8, -1, 0.3) if lies else (0, -1, 0))
 

@@ -215,7 +215,7 @@ fn squares_of<S: Simd>(
             footprints.sides[i][0],
             footprints.sides[i][1],
         ];
-        let vectors = vectors.map(|vector| vector.map(|lanes| <[f32; LANES]>::from(lanes)));
+        let vectors = vectors.map(|vector| vector.map(<[f32; LANES]>::from));
         for (lane, footprint) in of_row.iter_mut().enumerate() {
             *footprint = vectors.map(|[u, v, n]| {
                 DVec3::new(f64::from(u[lane]), f64::from(v[lane]), f64::from(n[lane]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import engines, fits, lab, lookups, maps, pages, rays, truth
+from . import engines, fits, lab, lookups, maps, pages, rays, samples, truth
 from .mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
@@ -10,6 +10,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *maps.MUTANTS,
     *pages.MUTANTS,
     *rays.MUTANTS,
+    *samples.MUTANTS,
     *lookups.MUTANTS,
     *fits.MUTANTS,
     *truth.MUTANTS,
