@@ -3,7 +3,9 @@
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::projection::Projection;
+use crate::reference::{Surface, SurfacePoint};
 use crate::region::Region;
+use crate::scene::Scene;
 use crate::warp::{Warp, Warping};
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
@@ -32,43 +34,66 @@ impl RenderedLayer {
 /// maps", 2002, and Navrátil's thesis, Eq. 3.2, with the widths across the beams taken as square roots
 /// of their areas. NaN where no surface is seen or no layer is there. A pixel's layer is the first that it lies in, unless
 /// it is given by its number.
+///
+/// Beside the errors the nearest and the farthest depth that is seen.
 pub fn aliasing_error(
-    camera: &Camera,
-    light: &Light,
+    (scene, camera, light): (&Scene, &Camera, &Light),
     (layers, layer_of_pixel): (&[RenderedLayer], Option<&[u8]>),
-    (positions, normals): (&[[f64; 3]], &[[f32; 3]]),
-) -> Vec<f32> {
+    triangle_id: &[i32],
+) -> (Vec<f32>, [f64; 2]) {
     let image = Projection::from_camera(camera);
     let image_steps = image.steps();
     let steps: Vec<_> = layers.iter().map(|l| l.projection.steps()).collect();
-    positions
-        .par_iter()
-        .zip(normals)
-        .enumerate()
-        .map(|(pixel, (position, normal))| {
-            let point = DVec3::from(*position);
-            let mut own = layers.iter().zip(&steps);
-            let own = match layer_of_pixel {
-                Some(numbers) => own.nth(numbers[pixel].into()),
-                None => own.find(|(layer, _)| layer.region.contains(point)),
-            };
-            let Some((layer, steps)) = own.filter(|_| !point.is_nan()) else {
-                return f32::NAN;
-            };
-            let map = &layer.projection;
-            let normal = DVec3::from(normal.map(f64::from));
-            let to_light = light.vector_from_point(point).normalize();
-            let to_eye = -camera.sight_of(point - camera.eye).normalize();
-            let size = map.size().texels();
-            let (warped, scale) = layer.steps(map.texel_from_point(point).truncate() / size);
-            let area_of_texel = map.kind.texel_area(map, steps, point) * warped.determinant().abs()
-                / (scale.x * scale.y);
-            let width_of_texel = area_of_texel.sqrt();
-            let width_of_pixel = image.kind.texel_area(&image, &image_steps, point).sqrt();
-            let cosines = normal.dot(to_eye).abs() / normal.dot(to_light).abs();
-            (width_of_texel / width_of_pixel * cosines) as f32
-        })
-        .collect()
+    let error = |pixel: usize, point: &SurfacePoint| {
+        let position = point.position;
+        let mut own = layers.iter().zip(&steps);
+        let own = match layer_of_pixel {
+            Some(numbers) => own.nth(numbers[pixel].into()),
+            None => own.find(|(layer, _)| layer.region.contains(position)),
+        };
+        let Some((layer, steps)) = own.filter(|_| !position.is_nan()) else {
+            return f32::NAN;
+        };
+        let map = &layer.projection;
+        let to_light = light.vector_from_point(position).normalize();
+        let to_eye = -camera.sight_of(position - camera.eye).normalize();
+        let size = map.size().texels();
+        let (warped, scale) = layer.steps(map.texel_from_point(position).truncate() / size);
+        let area_of_texel = map.kind.texel_area(map, steps, position) * warped.determinant().abs()
+            / (scale.x * scale.y);
+        let width_of_texel = area_of_texel.sqrt();
+        let width_of_pixel = image.kind.texel_area(&image, &image_steps, position).sqrt();
+        let cosines = point.normal.dot(to_eye).abs() / point.normal.dot(to_light).abs();
+        (width_of_texel / width_of_pixel * cosines) as f32
+    };
+    let mut errors = vec![f32::NAN; triangle_id.len()];
+    let width = camera.width as usize;
+    let rows = errors
+        .par_chunks_mut(width)
+        .zip(triangle_id.par_chunks(width));
+    let depths = rows.enumerate().map(|(row, (errors, ids))| {
+        let mut surface = Surface::new(scene, camera);
+        let mut seen = NO_DEPTHS;
+        for (column, (of_pixel, &id)) in errors.iter_mut().zip(ids).enumerate() {
+            let pixel = row * width + column;
+            if let Some(point) = surface.point(pixel, id) {
+                *of_pixel = error(pixel, &point);
+                let depth = Some(point.depth).filter(|depth| depth.is_finite());
+                seen = depth.map_or(seen, |depth| both(seen, [depth; 2]));
+            }
+        }
+        seen
+    });
+    let depths = depths.reduce(|| NO_DEPTHS, both);
+    (errors, depths)
+}
+
+/// Nearest and farthest of what is not there.
+const NO_DEPTHS: [f64; 2] = [f64::INFINITY, 0.0];
+
+/// Nearest and farthest of two ranges of depths.
+fn both(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 /// Steps of the grid over the view frustum: pixels along each axis, and depths.
@@ -81,10 +106,11 @@ const FRUSTUM_STEPS: u32 = 32;
 ///
 /// D. Brandon Lloyd, David Tuft, Sung-eui Yoon, Dinesh Manocha. Warping and partitioning for low error
 /// shadow maps. EGSR 2006, section 3, on a grid of points.
-pub fn largest_aliasing_error(camera: &Camera, layers: &[RenderedLayer], depths: &[f64]) -> f64 {
-    let seen = || depths.iter().filter(|depth| depth.is_finite());
-    let near = seen().fold(f64::INFINITY, |least, &depth| least.min(depth));
-    let far = seen().fold(0.0, |most: f64, &depth| most.max(depth));
+pub fn largest_aliasing_error(
+    camera: &Camera,
+    layers: &[RenderedLayer],
+    [near, far]: [f64; 2],
+) -> f64 {
     let image = Projection::from_camera(camera);
     let image_steps = image.steps();
     let share = |i: u32| (f64::from(i) + 0.5) / f64::from(FRUSTUM_STEPS);

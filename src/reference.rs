@@ -95,29 +95,65 @@ pub fn surface(
     triangle_id: &[i32],
 ) -> (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<f64>) {
     assert_eq!(triangle_id.len(), camera.pixel_count());
-    let point = |known: &mut Option<OwnPlane>, (pixel, &id): (usize, &i32)| {
-        let Ok(id) = u32::try_from(id) else {
-            return ([f64::NAN; 3], ([f32::NAN; 3], f64::NAN));
-        };
-        // Neighbours mostly show the same.
-        let plane = match known.take() {
-            Some(plane) if plane.triangle == id => plane,
-            _ => OwnPlane::new(scene, camera.eye, id),
-        };
-        let ray = camera_ray(camera, pixel, GRANTED);
-        let receiver = known.insert(plane).receiver(&ray, (f64::MIN, f64::MAX));
-        (
-            (camera.eye + receiver.point).to_array(),
-            (
-                receiver.normal.as_vec3().to_array(),
-                receiver.point.dot(camera.forward),
-            ),
-        )
-    };
     let pixels = triangle_id.par_iter().enumerate();
-    let points = pixels.map_init(|| None, point);
+    let points = pixels.map_init(
+        || Surface::new(scene, camera),
+        |surface, (pixel, &id)| match surface.point(pixel, id) {
+            None => ([f64::NAN; 3], ([f32::NAN; 3], f64::NAN)),
+            Some(point) => (
+                point.position.to_array(),
+                (point.normal.as_vec3().to_array(), point.depth),
+            ),
+        },
+    );
     let (positions, (normals, depths)) = points.unzip();
     (positions, normals, depths)
+}
+
+/// Finds the points that pixels see, one after the other.
+pub struct Surface<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    /// Neighbours mostly show the same.
+    last: Option<OwnPlane>,
+}
+
+/// Where the ray of a pixel meets the plane of its triangle.
+pub struct SurfacePoint {
+    /// In world space.
+    pub position: DVec3,
+    /// A unit vector on the camera's side.
+    pub normal: DVec3,
+    /// Along the camera's forward axis.
+    pub depth: f64,
+}
+
+impl<'a> Surface<'a> {
+    pub fn new(scene: &'a Scene, camera: &'a Camera) -> Self {
+        Self {
+            scene,
+            camera,
+            last: None,
+        }
+    }
+
+    /// Of a pixel, row * width + column, and its triangle; `None` where that is negative.
+    pub fn point(&mut self, pixel: usize, triangle_id: i32) -> Option<SurfacePoint> {
+        let id = u32::try_from(triangle_id).ok()?;
+        let eye = self.camera.eye;
+        let plane = match self.last.take() {
+            Some(plane) if plane.triangle == id => plane,
+            _ => OwnPlane::new(self.scene, eye, id),
+        };
+        let ray = camera_ray(self.camera, pixel, GRANTED);
+        let seen = self.last.insert(plane);
+        let Receiver { point, normal, .. } = seen.receiver(&ray, (f64::MIN, f64::MAX));
+        Some(SurfacePoint {
+            position: eye + point,
+            normal,
+            depth: point.dot(self.camera.forward),
+        })
+    }
 }
 
 fn collect(answers: impl ParallelIterator<Item = Answer>) -> Reference {

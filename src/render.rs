@@ -27,7 +27,6 @@ use crate::lock::lock;
 use crate::methods::Method;
 use crate::occlusion;
 use crate::paging::{NO_LAYER, PagedMaps};
-use crate::reference::surface;
 use crate::region::Region;
 use crate::scene::Scene;
 use crate::sides;
@@ -71,17 +70,16 @@ impl Rendered {
             self.aliasing_error = asks(Output::AliasingError).map(|()| vec![f32::NAN; pixels]);
             self.largest_aliasing_error = asks(Output::LargestAliasingError).map(|()| f64::NAN);
         } else if outputs.has_any(&[Output::AliasingError, Output::LargestAliasingError]) {
-            let (positions, normals, depths) = surface(scene, camera, &self.triangle_id);
             let pages = self.pages.as_ref();
             let layer_of_pixel = pages.map(|pages| &pages.layer_of_pixel[..]);
-            let surface = (&positions[..], &normals[..]);
-            self.aliasing_error = asks(Output::AliasingError).map(|()| {
-                aliasing::aliasing_error(camera, light, (layers, layer_of_pixel), surface)
-            });
+            let view = (scene, camera, light);
+            let (errors, depths) =
+                aliasing::aliasing_error(view, (layers, layer_of_pixel), &self.triangle_id);
+            self.aliasing_error = asks(Output::AliasingError).map(|()| errors);
             // What a map holds where nobody looks at it is not known of pages.
             let layers = if pages.is_some() { &[] } else { &layers[..] };
             self.largest_aliasing_error = asks(Output::LargestAliasingError)
-                .map(|()| aliasing::largest_aliasing_error(camera, layers, &depths));
+                .map(|()| aliasing::largest_aliasing_error(camera, layers, depths));
         }
         let setting = Setting {
             scene,
