@@ -54,7 +54,7 @@ def lights_around() -> str:
 
 
 def ties() -> str:
-    table = read(RESULTS / "accuracy" / "480x270.parquet")
+    table = read(RESULTS / "accuracy" / "exact-1080p.parquet")
     all_views = accuracy.summary(table).query("scene == 'all'").iloc[0]
     left_out = all_views["ties"] + all_views["float32_ties"]
     return (
@@ -65,7 +65,7 @@ def ties() -> str:
 
 
 def exact_views() -> str:
-    table = read(RESULTS / "accuracy" / "480x270.parquet")
+    table = read(RESULTS / "accuracy" / "exact-1080p.parquet")
     sums = accuracy.summary(table).query("scene == 'all'").set_index("method")
     views, covered = sums.loc["exact", ["views", "covered"]]
     wrong = sums.loc[["exact", "ray_traced"], "misclassified"].sum()

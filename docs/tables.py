@@ -191,6 +191,8 @@ def pages(name: str) -> str:
 # --- All files ---
 
 WHAT = {
+    "accuracy/exact-1080p": "`exact` and `ray_traced` at 1920 x 1080: every camera and light of "
+    "`scenes.json`, and 50 random lights from each camera",
     "accuracy/480x270": "methods that sample nothing from the light, and Embree's float32 rays: "
     "every camera and light of `scenes.json`, and six random lights from each camera",
     "accuracy/directional": "`desired_view`, `rtw` and `notw` in every directional light of the "

@@ -246,8 +246,9 @@ def test_kept_tables_are_small():
     assert sum(path.stat().st_size for path in RESULTS.rglob("*.*")) < 1_000_000
 
 
-def test_kept_accuracy_tables_have_no_misclassified_pixel():
-    table = read(RESULTS / "accuracy" / "480x270.parquet")
+@pytest.mark.parametrize("name", ["480x270", "exact-1080p"])
+def test_kept_accuracy_tables_have_no_misclassified_pixel(name):
+    table = read(RESULTS / "accuracy" / f"{name}.parquet")
     wrong = table.groupby("method")["misclassified"].sum()
     assert wrong["exact"] == wrong["ray_traced"] == 0
     assert table.groupby("method")["covered"].nunique().nunique() == 1
