@@ -224,6 +224,7 @@ WHAT = {
     "peers/sponza-lamp": "`exact`, `desired_view` and ray casters, a point light",
     "peers/sponza-sun": "`exact`, `desired_view` and other renderers, the camera moved",
     "sponza-cpu": "time and error of every method on Crytek Sponza (the README's figure)",
+    "sponza-llvmpipe": "the same by the GPU engine on a software driver, maps of 1024²",
     "stability/aligned": "misclassified pixels under lights that run along walls, and turned ones",
     "stability/culling": "what each method leaves out, and that no pixel changes by it",
     "stability/flicker": "pixels that flicker while the camera or the light moves",
