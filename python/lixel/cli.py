@@ -31,6 +31,7 @@ from .lab import (
     demo,
     departures,
     doctor,
+    equal,
     filters,
     flicker,
     growth,
@@ -415,6 +416,7 @@ LAB: Mapping[str, Command] = {
         study, "lixel lab study town.glb --method rtw --method notw -o times.csv --plot times.png"
     ),
     "peers": Command.of(peers, "lixel lab peers town.glb -o peers.csv"),
+    "equal": Command.of(equal, "lixel lab equal scenes -o equal.csv", device="cpu"),
     "papers": Command.of(papers, "lixel lab papers --quick", "lixel lab papers rosen-1 -o out"),
     "rankings": Command.of(rankings, "lixel lab rankings scenes -o rankings.parquet"),
     "angles": Command.of(angles, "lixel lab angles -o angles.csv"),
@@ -447,6 +449,7 @@ LAB_GROUPS = {
     "time and error": (
         "study",
         "peers",
+        "equal",
         "growth",
         "accuracy",
         "filters",

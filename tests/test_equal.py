@@ -1,0 +1,74 @@
+"""Every method at equal texels and in equal time."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from lixel import cli
+from lixel.lab import equal
+from lixel.lab.result_tables import read
+
+
+def cases(method, times, counts, scene="a", resolutions=equal.RESOLUTIONS):
+    rows = zip(resolutions, times, counts, strict=True)
+    return [
+        {"scene": scene, "method": method, "resolution": r, "wall_ms": t, "misclassified_count": c}
+        for r, t, c in rows
+    ]
+
+
+def test_what_is_misclassified_in_a_time_lies_between_the_sizes_of_maps():
+    table = pd.DataFrame(cases("m", [10, 20, 40, 80], [999, 99, 9, 0]))
+    for time, expected in [(10, 999), (20, 99), (40, 9), (80, 0), (1000, 0), (9.6, 999)]:
+        assert equal.misclassified_in(table, time) == pytest.approx(expected)
+    assert equal.misclassified_in(table, 9.4) is None
+    # Halfway by ratio, as by a power: a root of ten of the pixels and one.
+    assert equal.misclassified_in(table, 20 * 2**0.5) == pytest.approx(100 / 10**0.5 - 1)
+    # A larger map that took less stands for the smaller one, too.
+    odd = pd.DataFrame(cases("m", [10, 30, 20, 80], [999, 99, 9, 0]))
+    assert equal.misclassified_in(odd, 20) == pytest.approx(9)
+    assert equal.misclassified_in(odd, 29) < 9
+
+
+def test_summary_adds_scenes_up():
+    table = pd.DataFrame(
+        cases("desired_view", [10, 20, 40, 80], [400, 200, 100, 50])
+        + cases("desired_view", [10, 20, 40, 80], [800, 400, 300, 50], "b")
+        + cases("slow", [20, 40, 80, 160], [99, 49, 20, 5])
+        + cases("slow", [60, 70, 80, 160], [99, 50, 20, 5], "b")
+        + cases("exact", [5], [0], resolutions=[None])
+        + cases("exact", [5], [0], "b", resolutions=[None])
+    )
+    rows = equal.summary(table).set_index("method")
+    assert rows["misclassified"].to_dict() == {"desired_view": 400, "slow": 40, "exact": 0}
+    assert rows["times desired_view's"].to_dict() == {"desired_view": 1, "slow": 0.1, "exact": 0}
+    assert rows["time"].to_dict() == {"desired_view": 1, "slow": 2, "exact": 0.12}
+    assert rows["scenes in equal time"].to_dict() == {"desired_view": 2, "slow": 1, "exact": 2}
+    assert rows["in equal time"].to_dict() == {"desired_view": 1, "slow": 0.49, "exact": 0}
+
+
+def test_command_measures_every_method_and_goes_on(tmp_path, view, capfd, monkeypatch):
+    monkeypatch.setenv("LIXEL_DEVICE", "cpu")
+    monkeypatch.setattr(equal, "RESOLUTIONS", (16, equal.EQUAL))
+    entry = {
+        "file": "boxes.obj",
+        "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], "fov_y_deg": 50}],
+        "lights": [{"kind": "directional", "direction": [0.5, -1.0, -0.3]}],
+    }
+    (tmp_path / "scenes.json").write_text(json.dumps([entry]))
+    lines = [f"v {x} {y} {z}" for x, y, z in view.scene.vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (view.scene.faces + 1).tolist()]
+    (tmp_path / "boxes.obj").write_text("\n".join(lines))
+    path = tmp_path / "equal.csv"
+    line = ["lab", "equal", str(tmp_path), "--size", "48x32", "--repeats", "1", "-o", str(path)]
+    assert cli.main(line) == 0
+    table = read(path)
+    assert {"exact", "ray_traced", "virtual", "cascades", "rtw", "notw"} <= set(table["method"])
+    assert (table.groupby("method").size() <= 2).all()
+    assert table.query("method == 'exact'")["misclassified_count"].sum() == 0
+    assert "in equal time" in capfd.readouterr().out
+    # What is there is not measured again.
+    monkeypatch.setattr(equal, "study", None)
+    assert cli.main(line) == 0
+    assert read(path).equals(table)
