@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from views import write_folder
 
 import lixel as lx
 from lixel import cli
@@ -22,15 +22,7 @@ RESULTS = Path(__file__).parents[1] / "docs" / "results"
 @pytest.fixture
 def folder(tmp_path, view):
     """A scene of two boxes as a file, and one camera and light in a scenes.json."""
-    lines = [f"v {x} {y} {z}" for x, y, z in view.scene.vertices.tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (view.scene.faces + 1).tolist()]
-    (tmp_path / "boxes.obj").write_text("\n".join(lines))
-    entry = {
-        "file": "boxes.obj",
-        "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], "fov_y_deg": 50}],
-        "lights": [{"kind": "directional", "direction": [1, -1.5, -0.5]}],
-    }
-    (tmp_path / "scenes.json").write_text(json.dumps([entry]))
+    write_folder(tmp_path, view.scene, [{"kind": "directional", "direction": [1, -1.5, -0.5]}])
     return tmp_path
 
 

@@ -1,9 +1,8 @@
 """Every method at equal texels and in equal time."""
 
-import json
-
 import pandas as pd
 import pytest
+from views import write_folder
 
 from lixel import cli
 from lixel.lab import equal
@@ -51,15 +50,7 @@ def test_summary_adds_scenes_up():
 def test_command_measures_every_method_and_goes_on(tmp_path, view, capfd, monkeypatch):
     monkeypatch.setenv("LIXEL_DEVICE", "cpu")
     monkeypatch.setattr(equal, "RESOLUTIONS", (16, equal.EQUAL))
-    entry = {
-        "file": "boxes.obj",
-        "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], "fov_y_deg": 50}],
-        "lights": [{"kind": "directional", "direction": [0.5, -1.0, -0.3]}],
-    }
-    (tmp_path / "scenes.json").write_text(json.dumps([entry]))
-    lines = [f"v {x} {y} {z}" for x, y, z in view.scene.vertices.tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (view.scene.faces + 1).tolist()]
-    (tmp_path / "boxes.obj").write_text("\n".join(lines))
+    write_folder(tmp_path, view.scene, [{"kind": "directional", "direction": [0.5, -1.0, -0.3]}])
     path = tmp_path / "equal.csv"
     line = ["lab", "equal", str(tmp_path), "--size", "48x32", "--repeats", "1", "-o", str(path)]
     assert cli.main(line) == 0

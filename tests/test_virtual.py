@@ -6,6 +6,7 @@ import matplotlib as mpl
 import matplotlib.figure
 import numpy as np
 import pytest
+from views import write_folder
 
 import lixel as lx
 from lixel import cli
@@ -277,13 +278,7 @@ def test_pages_of_a_level_fit_into_one_buffer_of_the_device(engine, view):
 
 def test_it_is_measured_beside_cascades(tmp_path, view, capfd, monkeypatch):
     monkeypatch.setenv("LIXEL_DEVICE", "cpu")
-    (tmp_path / "scenes.json").write_text(
-        '[{"file": "boxes.obj", "cameras": [{"eye": [4, 5, 8], "target": [0, 0.5, 0], '
-        '"fov_y_deg": 50}], "lights": []}]'
-    )
-    lines = [f"v {x} {y} {z}" for x, y, z in view.scene.vertices.tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (view.scene.faces + 1).tolist()]
-    (tmp_path / "boxes.obj").write_text("\n".join(lines))
+    write_folder(tmp_path, view.scene, [])
     path = tmp_path / "pages.csv"
     line = ["lab", "pages", str(tmp_path), "--size", "96x64", "--random", "2",
             "--set", "page_size=64", "-o", str(path)]  # fmt: skip

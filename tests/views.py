@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,3 +72,13 @@ def cameras(scene: lx.Scene) -> Iterator[tuple[str, lx.Camera]]:
     # An image that is not centred on the axis, with pixels that are not square.
     pose = lx.Camera.look_at(outside, centre, yfov=0.8, **image).pose
     yield "skewed", lx.Camera(pose, focal=(90.0, 240.0), centre=(20.0, 70.0), **image)
+
+
+def write_folder(folder: Path, scene: lx.Scene, lights: Sequence[Mapping[str, Any]]) -> None:
+    """A scenes.json with one file, seen by one camera in some lights."""
+    camera = {"eye": [4, 5, 8], "target": [0, 0.5, 0], "fov_y_deg": 50}
+    entry = {"file": "boxes.obj", "cameras": [camera], "lights": list(lights)}
+    (folder / "scenes.json").write_text(json.dumps([entry]))
+    lines = [f"v {x} {y} {z}" for x, y, z in scene.vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (scene.faces + 1).tolist()]
+    (folder / "boxes.obj").write_text("\n".join(lines))
