@@ -309,18 +309,16 @@ def filtered_views() -> str:
     )
 
 
-def equal_rows() -> list[dict[str, Any]]:
+def equal_table() -> str:
     table = equal.summary(read(RESULTS / "studies" / "equal.csv"))
-    rows: list[dict[str, Any]] = table.to_dict("records")
-    return [{**row, "method": f"`{row['method']}`"} for row in rows]
+    return markdown(table.assign(method="`" + table["method"] + "`"))
 
 
 def equal_in_words() -> str:
-    rows = {row["method"].strip("`"): row for row in equal_rows()}
-    texels = {name: row["times desired_view's"] for name, row in rows.items()}
-    time = {name: row["time"] for name, row in rows.items()}
-    scenes = {name: row["scenes in equal time"] for name, row in rows.items()}
-    count = read(RESULTS / "studies" / "equal.csv")["scene"].nunique()
+    cases = read(RESULTS / "studies" / "equal.csv")
+    rows = equal.summary(cases).set_index("method")
+    texels, time = rows["times desired_view's"], rows["time"]
+    scenes, count = rows["scenes in equal time"], cases["scene"].nunique()
     text = (
         f"So `exact` takes {time['exact']:.2f} of the time and misclassifies nothing. With maps of "
         f"as many texels `notw` has {texels['notw']:.2f} of the misclassified pixels in "
@@ -366,7 +364,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
         f"They were measured {times.processor('peers/sponza-sun')}."
     ),
     **{f"growth, {name}": lambda name=name: times.growth(name) for name in times.GROWS},
-    "equal": lambda: markdown(equal_rows()),
+    "equal": equal_table,
     "equal, in words": equal_in_words,
     "growth, exact": times.growth_of_exact,
     "newcomer": times.newcomer,

@@ -208,8 +208,8 @@ impl<'a> RayTable<'a> {
         places
     }
 
-    /// Gives the rays of a tile's blocks in the plane of each view that some of them fall in: the view's number, the rays and the
-    /// texels that have them.
+    /// Gives the rays of a tile's blocks in the plane of each view that some of them fall in: the view's number, the rays
+    /// and the texels that have them.
     #[inline(always)]
     pub fn for_each_view<S: Simd>(
         &self,

@@ -183,7 +183,7 @@ impl Frame<'_> {
             let pairs = plans.iter().zip(&tiles);
             let looked: Vec<_> = pairs
                 .map(|(plan, tiles)| {
-                    let map = (&nothing, plan.warp.as_ref());
+                    let map = (&nothing, None);
                     LookedUp::new(&receivers, &plan.layer, map, None, settings).marking(tiles)
                 })
                 .collect();
