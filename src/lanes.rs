@@ -174,6 +174,7 @@ macro_rules! each {
 each!(2: a b);
 each!(3: a b c);
 each!(4: a b c d);
+each!(6: a b c d e f);
 
 macro_rules! vector {
     ($vector:ident, $($i:ident),+) => {

@@ -54,9 +54,8 @@ pub fn exact(
     let width = image.tiling.width;
     // Zeros, which the threads that fill them in come upon first: the system hands them out as they are touched.
     let mut visibility = vec![0.0; width * image.tiling.height];
-    let mut extents = sampled_extents(&receivers, &seen);
     let mut grids = Grids::of(known, scene, light, views.len());
-    grids.fit(&mut extents);
+    let mut extents = grids.missing(&receivers, &seen);
     let mut open: Vec<_> = cut(&mut visibility, image.tiling)
         .into_iter()
         .enumerate()
@@ -138,11 +137,12 @@ pub fn views(light: &Light, (low, high): (DVec3, DVec3)) -> Vec<View> {
     }]
 }
 
-/// The extents of some receivers in each view.
-pub fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye]) -> Vec<Extent> {
-    let rows = receivers.image.tiling.height.div_ceil(BLOCK);
+/// The extents of some receivers in each view: of a row of every block, or of every so many blocks along each axis.
+pub fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye], spacing: usize) -> Vec<Extent> {
+    let step = spacing * BLOCK;
+    let rows = receivers.image.tiling.height.div_ceil(step);
     extents_of_jobs(seen.len(), rows, |i, extents| {
-        dispatch!(level(), simd => extents_of_rows(simd, receivers, seen, i * BLOCK, extents));
+        dispatch!(level(), simd => extents_of_rows(simd, receivers, seen, (i * step, step), extents));
     })
 }
 
@@ -151,14 +151,14 @@ fn extents_of_rows<S: Simd>(
     simd: S,
     receivers: &Receivers,
     seen: &[ViewFromEye],
-    y: usize,
+    (y, step): (usize, usize),
     extents: &mut [Extent],
 ) {
     let mut known = KnownPlanes::default();
     let mut block = BlockReceivers::none(simd);
     let mut places = BlockPlaces::none(simd);
     let row = SAMPLED_ROW.min(receivers.image.tiling.height - y - 1);
-    for x in (0..receivers.image.tiling.width).step_by(BLOCK) {
+    for x in (0..receivers.image.tiling.width).step_by(step) {
         if receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
             let masks = masks_of_views(simd, receivers.light_at, &block, seen.len());
             add_extents(simd, seen, &block, &masks, &mut places, extents);

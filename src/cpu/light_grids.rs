@@ -1,10 +1,11 @@
 //! The grids of one light, which serve every camera whose receivers they hold.
 
 use super::crowds::Crowd;
+use super::exact::sampled_extents;
 use super::extents::Extent;
 use super::finer_grids::make_finer;
 use super::light_grid::{LightGrid, fitted};
-use super::receivers::ViewFromEye;
+use super::receivers::{Receivers, ViewFromEye};
 use super::tiles::BLOCK;
 use super::view::View;
 use crate::light::Light;
@@ -33,6 +34,9 @@ impl SeenGrid {
 
 /// Grids of one view, above which they are made anew for another camera: each receiver is looked for in each.
 const MAX_KEPT: usize = 3;
+
+/// Of how many blocks along each axis one is sampled where grids are known: those that they do not hold are found anyway.
+const SPACING_OF_KNOWN: usize = 2;
 
 /// What a view's samples may lie beyond what a grid was fitted to, as a share of its size: less than `ROOM`.
 const MAX_BEYOND: f32 = 0.05;
@@ -77,8 +81,22 @@ impl Grids {
         self.generation == scene.generation() && self.light == *light
     }
 
+    /// Of each view, the extent of its receivers if it is to have a grid of them: known ones that fit them are kept.
+    pub fn missing(&mut self, receivers: &Receivers, seen: &[ViewFromEye]) -> Vec<Extent> {
+        if self.of_views.iter().any(|grids| !grids.is_empty()) {
+            let mut extents = sampled_extents(receivers, seen, SPACING_OF_KNOWN);
+            self.fit(&mut extents);
+            if extents.iter().all(Extent::is_empty) {
+                return extents;
+            }
+        }
+        let mut extents = sampled_extents(receivers, seen, 1);
+        self.fit(&mut extents);
+        extents
+    }
+
     /// Takes those away that fit the samples badly, and the samples of the others.
-    pub fn fit(&mut self, extents: &mut [Extent]) {
+    fn fit(&mut self, extents: &mut [Extent]) {
         for (grids, extent) in self.of_views.iter_mut().zip(extents) {
             let both = |all: Extent, fitted: &FittedGrid| all.and(fitted.extent);
             let all = grids.iter().fold(Extent::EMPTY, both);

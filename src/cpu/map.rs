@@ -19,6 +19,7 @@ use super::tiles::{TILE, TILE_PIXELS};
 use super::view::{Nearness, Place, Planes, View};
 use super::warp_map::CpuWarp;
 use crate::error::Result;
+use crate::lanes::Each;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::sides::Source;
@@ -346,15 +347,23 @@ impl Depths {
                 continue;
             }
             let (origin, [x, y]) = rays.eight(simd, i * LANES);
-            let mut rows = [[0.0; 4]; LANES];
-            for (row, &id) in rows.iter_mut().zip(&*ids).filter(|(_, id)| **id != NONE) {
-                *row = *known.get(id, || {
-                    let planes = Planes::new(painter.view, painter.scene, id, origin);
+            let mut nearness_of = |id: u32| {
+                *known.get(id, || {
+                    let planes = Planes::of_drawn(painter.view, painter.scene, id, origin);
                     let nearness = planes.map_or(DVec3::ZERO, |planes| planes.nearness);
                     nearness.extend(0.0).to_array()
-                });
-            }
-            let [a, b, c, _] = columns64(simd, each_row(&rows));
+                })
+            };
+            let [a, b, c, _] = match *ids == [ids[0]; LANES] {
+                true => nearness_of(ids[0]).each(|v| splat64(simd, v)),
+                false => {
+                    let mut rows = [[0.0; 4]; LANES];
+                    for (row, &id) in rows.iter_mut().zip(&*ids).filter(|(_, id)| **id != NONE) {
+                        *row = nearness_of(id);
+                    }
+                    columns64(simd, each_row(&rows))
+                }
+            };
             let nearness = x.mul_add(a, y.mul_add(b, c));
             let depth = self.depth(simd, nearness, [x + origin.x, y + origin.y]);
             let depth: [f32; LANES] = narrow(depth).into();

@@ -69,24 +69,24 @@ impl Image {
     /// Writes the answers of a block, whose first pixel that is, into the rows of its tile; NaN where nothing is seen. `lit`
     /// is asked for each row of the block.
     #[inline(always)]
-    pub fn write(
+    pub fn write<S: Simd>(
         &self,
+        simd: S,
         rows: &mut [&mut [f32]],
         (x, y): (usize, usize),
-        mut lit: impl FnMut(usize) -> [f32; BLOCK],
+        mut lit: impl FnMut(usize) -> f32x8<S>,
     ) {
         let first = self.tiling.index(x, y);
         let (x, y) = (x % TILE, y % TILE);
+        let (none, nothing) = (u32x8::simd_from(simd, NONE), splat(simd, f32::NAN));
         for (i, row) in rows[y..].iter_mut().take(BLOCK).enumerate() {
-            let mut lit = lit(i);
             let ids = &self.triangles[first + i * TILE..][..BLOCK];
-            for (lit, &id) in lit.iter_mut().zip(ids) {
-                *lit = if id == NONE { f32::NAN } else { *lit };
-            }
+            let is_none = u32x8::from_slice(simd, ids).simd_eq(none);
+            let lit = is_none.select(nothing, lit(i)).to_array();
             let row = &mut row[x..];
             match row.first_chunk_mut() {
                 Some(row) => *row = lit,
-                None => row.copy_from_slice(&lit[..row.len()]),
+                None => write_end(row, &lit),
             }
         }
     }
@@ -100,9 +100,9 @@ impl Image {
         pixel: (usize, usize),
         lit: [u32; BLOCK],
     ) {
-        self.write(rows, pixel, |i| {
+        self.write(simd, rows, pixel, |i| {
             let lit = mask32x8::from_bitmask(simd, u64::from(lit[i]));
-            lit.select(splat(simd, 1.0), splat(simd, 0.0)).to_array()
+            lit.select(splat(simd, 1.0), splat(simd, 0.0))
         });
     }
 
@@ -113,22 +113,29 @@ impl Image {
     }
 }
 
+/// The end of a row that is no whole block. Were it inlined, all blocks would be copied by a call.
+#[cold]
+#[inline(never)]
+fn write_end(row: &mut [f32], lit: &[f32; BLOCK]) {
+    row.copy_from_slice(&lit[..row.len()]);
+}
+
 /// The nearest triangles of an image.
 pub fn rasterize(view: &View, scene: &Scene) -> Image {
     let places = view.places(scene);
     let (painter, bins) = Painter::new(view, scene, &places, Cover::Middles);
-    let tiles = (0..painter.tiling.tiles()).into_par_iter();
-    let tiles: Vec<_> = tiles
-        .map(|tile| {
-            let (mut ids, mut nearness) = ([0; TILE_PIXELS], [0.0; TILE_PIXELS]);
+    let mut triangles = vec![0; painter.tiling.tiles() * TILE_PIXELS];
+    let tiles = triangles.par_chunks_mut(TILE_PIXELS).enumerate();
+    tiles.for_each_init(
+        || [0.0; TILE_PIXELS],
+        |nearness, (tile, ids)| {
             let bins = bins.iter().map(|of_thread| &of_thread[tile]);
-            dispatch!(level(), simd => painter.draw_tile(simd, bins, (tile, ALL_BLOCKS), &mut ids, &mut nearness));
-            ids
-        })
-        .collect();
+            dispatch!(level(), simd => painter.draw_tile(simd, bins, (tile, ALL_BLOCKS), ids, nearness));
+        },
+    );
     Image {
         tiling: painter.tiling,
-        triangles: tiles.into_flattened(),
+        triangles,
     }
 }
 

@@ -52,7 +52,8 @@ pub fn shadow_rays(
     let receivers = Receivers::new(scene, image, camera, light);
     let views = views(light, scene.bounds());
     let from_eye = |view: &View| ViewFromEye::new(view, receivers.eye);
-    let extents = sampled_extents(&receivers, &views.iter().map(from_eye).collect::<Vec<_>>());
+    let seen: Vec<_> = views.iter().map(from_eye).collect();
+    let extents = sampled_extents(&receivers, &seen, 1);
     let placed = views.iter().zip(&extents).map(|(view, extent)| {
         let view = (!extent.is_empty()).then(|| fitted(view, extent))?;
         Some(PlacedView {

@@ -58,10 +58,12 @@ pub fn shadow_volumes(receivers: &Receivers, edges: &Edges) -> (Vec<f32>, u64) {
     let tiles = tiles.into_par_iter().zip(counting.tiles(at_eye));
     tiles.enumerate().for_each(|(tile, (mut rows, part))| {
         let mut lit = [0.0; TILE_PIXELS];
-        if let Some(part) = part {
-            dispatch!(level(), simd => counting.answer(simd, part, &mut lit));
-        }
-        write(image, tile, &lit, &mut rows);
+        dispatch!(level(), simd => {
+            if let Some(part) = part {
+                counting.answer(simd, part, &mut lit);
+            }
+            write(simd, image, tile, &lit, &mut rows);
+        });
     });
     (visibility, side_count)
 }
@@ -104,11 +106,18 @@ fn seen_from_eye(view: &VolumeView, scene: &Scene, sides: &[i8]) -> (Vec<Face>, 
     (caps.collect(), casters.filter(holds_eye).count() as i32)
 }
 
-fn write(image: &Image, tile: usize, lit: &[f32; TILE_PIXELS], rows: &mut [&mut [f32]]) {
+#[inline(always)]
+fn write<S: Simd>(
+    simd: S,
+    image: &Image,
+    tile: usize,
+    lit: &[f32; TILE_PIXELS],
+    rows: &mut [&mut [f32]],
+) {
     for (x, y) in image.tiling.blocks(tile) {
-        image.write(rows, (x, y), |i| {
+        image.write(simd, rows, (x, y), |i| {
             let first = (y % TILE + i) * TILE + x % TILE;
-            lit[first..first + BLOCK].try_into().expect("eight")
+            f32x8::from_slice(simd, &lit[first..first + BLOCK])
         });
     }
 }

@@ -163,9 +163,19 @@ pub struct Planes {
 }
 
 impl Planes {
-    /// `None` where the triangle is seen edge-on. No corner is clipped: an edge is the plane through the origin and
-    /// two corners (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
+    /// `None` where the triangle is seen edge-on.
     pub fn new(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
+        let is_in_plane = |light: Source| light.side_of(scene.corners(triangle)) == 0;
+        match view.light.is_some_and(is_in_plane) {
+            true => None,
+            false => Self::of_drawn(view, scene, triangle, origin),
+        }
+    }
+
+    /// The same where the light is known not to lie in the triangle's plane. No corner is clipped: an edge is the plane
+    /// through the origin and two corners (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
+    /// 1997).
+    pub fn of_drawn(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
         let corners = scene
             .corners(triangle)
             .each(|corner| view.homogeneous(corner));
@@ -178,9 +188,7 @@ impl Planes {
         });
         let edges = [b.cross(c), c.cross(a), a.cross(b)];
         let volume = a.dot(edges[0]);
-        let is_in_plane = |light: Source| light.side_of(scene.corners(triangle)) == 0;
-        let is_edge_on = volume == 0.0 || view.light.is_some_and(is_in_plane);
-        if is_edge_on {
+        if volume == 0.0 {
             return None;
         }
         let nearness = edges[0] * corners[0].nearness

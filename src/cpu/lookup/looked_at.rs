@@ -62,7 +62,7 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// First and last column and row of the texels around some, as far as the map goes.
     #[inline(always)]
-    fn reached(&self, low: [f32; 2], high: [f32; 2]) -> ([usize; 2], [usize; 2]) {
+    pub(super) fn reached(&self, low: [f32; 2], high: [f32; 2]) -> ([usize; 2], [usize; 2]) {
         let reach = f32::from(self.layer.comparison.reach);
         let MapSize { width, height } = self.layer.texels;
         let last = [width, height].map(|size| size as usize - 1);

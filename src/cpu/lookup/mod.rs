@@ -8,6 +8,7 @@ mod depths;
 mod filter;
 mod filtered;
 mod looked_at;
+mod own_blocks;
 mod revectorized;
 mod row;
 mod seams;
@@ -214,9 +215,8 @@ fn answer_tile<S: Simd>(
         let mut lit = [[0.0; LANES]; BLOCK];
         if receivers.block(simd, pixel, 0..BLOCK, planes, &mut block) {
             for (lit, &facing) in lit.iter_mut().zip(&block.facing) {
-                for i in bits(facing) {
-                    lit[i] = 1.0;
-                }
+                let facing = mask32x8::from_bitmask(simd, u64::from(facing));
+                *lit = facing.select(splat(simd, 1.0), splat(simd, 0.0)).into();
             }
             let first = receivers.image.tiling.index(pixel.0, pixel.1);
             for (layer, normals) in layers.iter().zip(&mut *normals) {
@@ -238,14 +238,16 @@ fn answer_tile<S: Simd>(
             }
         }
         if let Some(rows) = &mut rows {
-            receivers.image.write(rows, pixel, |i| lit[i]);
+            receivers
+                .image
+                .write(simd, rows, pixel, |i| f32x8::simd_from(simd, lit[i]));
         }
     }
 }
 
 /// Of triangles that were asked for before, the plane's unit normal to the side of the light, in the world and as a covector
 /// of projection space.
-type KnownNormals = Known<[f32; 6], 32>;
+type KnownNormals = Known<[f32; 6], 256>;
 
 /// Room for what is found in a block.
 struct Work<S: Simd> {
@@ -390,6 +392,9 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     #[inline(always)]
     fn compare_block<F: Formulas<f32x8<S>>>(&mut self, (kind, rule): Formula<'_, S, F>) {
+        if self.is_of_own(kind) {
+            return;
+        }
         let mut left = [0; BLOCK];
         for i in self.rows() {
             let row = self.row(kind, rule, i);

@@ -4,7 +4,7 @@ use super::{BlockLookup, RowReceivers};
 use crate::bias::{Plane, Rule};
 use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::warp_map::WarpMap;
-use crate::lanes::{Lane, V2, V3};
+use crate::lanes::{Each, Lane, V2, V3};
 use crate::projection::Formulas;
 use crate::warp::{Warp, Warping};
 use fearless_simd::prelude::*;
@@ -151,7 +151,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         };
         let ids = &self.block.ids[i];
         if self.block.is_one[i] {
-            let [x, y, z, u, v, w] = find(ids[0]).map(|value| splat(simd, value));
+            let [x, y, z, u, v, w] = find(ids[0]).each(|value| splat(simd, value));
             return (V3::new(x, y, z), V3::new(u, v, w));
         }
         let mut columns = [[1.0; LANES]; 6];
@@ -160,7 +160,7 @@ impl<S: Simd> BlockLookup<'_, S> {
                 column[lane] = value;
             }
         }
-        let [x, y, z, u, v, w] = columns.map(|column| f32x8::simd_from(simd, column));
+        let [x, y, z, u, v, w] = columns.each(|column| f32x8::simd_from(simd, column));
         (V3::new(x, y, z), V3::new(u, v, w))
     }
 }

@@ -54,17 +54,22 @@ impl<S: Simd> BlockLookup<'_, S> {
         let off = u32x8::simd_from(simd, OFF_MAP);
         let mut listed = [NONE; 64];
         self.work.candidates.clear();
-        for (i, &left) in left.iter().enumerate() {
-            if left == 0 {
-                continue;
-            }
+        for i in (0..BLOCK).filter(|&i| left[i] != 0) {
+            let left_above = if i == 0 { 0 } else { left[i - 1] };
+            let above = i.saturating_sub(1);
             let own = u32x8::simd_from(simd, self.block.ids[i]);
+            let own_above = u32x8::simd_from(simd, self.block.ids[above]);
+            let has_above = mask32x8::from_bitmask(simd, u64::from(left_above));
             let mut previous = own;
-            for ids in &self.work.ids[i][..side * side] {
-                let found = u32x8::simd_from(simd, *ids);
-                let is_new = !(found.simd_eq(own) | found.simd_eq(previous) | found.simd_ge(off));
+            for k in 0..side * side {
+                let found = u32x8::simd_from(simd, self.work.ids[i][k]);
+                let of_above = u32x8::simd_from(simd, self.work.ids[above][k]);
+                let is_listed = has_above & found.simd_eq(of_above) & !found.simd_eq(own_above);
+                let is_known = found.simd_eq(own) | found.simd_eq(previous) | is_listed;
+                let is_new = !(is_known | found.simd_ge(off));
+                let ids = found.to_array();
                 previous = found;
-                for lane in bits(mask_bits(is_new) & left) {
+                for lane in bits(mask_bits(is_new) & left[i]) {
                     let id = ids[lane];
                     let place = &mut listed[id as usize % 64];
                     if *place != id {

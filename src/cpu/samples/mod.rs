@@ -18,7 +18,7 @@ mod squares;
 mod tests;
 
 use super::bins::Cover;
-use super::exact::{milliseconds, sampled_extents, views};
+use super::exact::{milliseconds, views};
 use super::extents::Extent;
 use super::frame::{
     CASTER_TESTS_LABEL, KeptParts, LIGHT_GRID_LABEL, RECEIVERS_LABEL, VISIBILITY_LABEL, check_image,
@@ -81,9 +81,8 @@ pub fn count_samples(
     let views = views(light, scene.bounds());
     let seen = views.iter().map(|view| ViewFromEye::new(view, camera.eye));
     let seen: Vec<_> = seen.collect();
-    let mut extents = sampled_extents(&receivers, &seen);
     let mut grids = Grids::of(kept.grids.known(), scene, light, views.len());
-    grids.fit(&mut extents);
+    let mut extents = grids.missing(&receivers, &seen);
     let of_receivers = milliseconds(start);
     let mut tiles = TilesToDo::new(&covers);
     let pixels = tiling.width * tiling.height;
