@@ -308,9 +308,10 @@ impl<T: DrawnTiles> Sorter<'_, T> {
         let has_many = (x1 - x0 + 1) * (y1 - y0 + 1) >= MANY_TILES;
         let planes = OnceCell::new();
         let touches = |corner: DVec2, side: f64| {
-            let planes =
-                || planes.get_or_init(|| Planes::new(self.view, self.scene, id, DVec2::ZERO));
-            // Seen edge-on it touches none.
+            let planes = || {
+                planes.get_or_init(|| Planes::even_edge_on(self.view, self.scene, id, DVec2::ZERO))
+            };
+            // Without an extent it touches none.
             !has_many || planes().is_some_and(|planes| planes.may_touch(corner, side))
         };
         self.drawn.each_in(sides, &touches, found);

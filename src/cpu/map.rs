@@ -349,7 +349,7 @@ impl Depths {
             let (origin, [x, y]) = rays.eight(simd, i * LANES);
             let mut nearness_of = |id: u32| {
                 *known.get(id, || {
-                    let planes = Planes::of_drawn(painter.view, painter.scene, id, origin);
+                    let planes = Planes::even_edge_on(painter.view, painter.scene, id, origin);
                     let nearness = planes.map_or(DVec3::ZERO, |planes| planes.nearness);
                     nearness.extend(0.0).to_array()
                 })

@@ -122,18 +122,27 @@ impl View {
     /// triangles that share an edge compute the same number for it but for the sign, so that nothing slips between
     /// them (Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2013).
     pub fn nearness_at(&self, scene: &Scene, place: DVec2, triangle: u32) -> Option<f64> {
-        let planes = Planes::new(self, scene, triangle, place)?;
+        let planes = Planes::even_edge_on(self, scene, triangle, place)?;
         let (far, near) = self.seen;
         let nearness = planes.nearness.z;
         let is_inside = planes.edges.iter().all(|edge| edge.z >= 0.0);
         let is_met = is_inside && far < nearness && nearness < near;
-        let is_seen = is_met && scene.is_solid(triangle, planes.edges.each(|edge| edge.z));
+        let is_seen = is_met
+            && scene.is_solid(triangle, planes.edges.each(|edge| edge.z))
+            && !self.is_edge_on(scene, triangle);
         is_seen.then_some(nearness)
     }
 
-    /// The same for the triangle's plane.
+    /// The same for the plane of a triangle that is not seen edge-on.
     pub fn nearness_of_plane(&self, scene: &Scene, place: DVec2, triangle: u32) -> f64 {
-        Planes::new(self, scene, triangle, place).map_or(f64::NAN, |planes| planes.nearness.z)
+        Planes::even_edge_on(self, scene, triangle, place)
+            .map_or(f64::NAN, |planes| planes.nearness.z)
+    }
+
+    /// Whether the light lies in the triangle's plane.
+    fn is_edge_on(&self, scene: &Scene, triangle: u32) -> bool {
+        let is_in_plane = |light: Source| light.side_of(scene.corners(triangle)) == 0;
+        self.light.is_some_and(is_in_plane)
     }
 }
 
@@ -165,17 +174,16 @@ pub struct Planes {
 impl Planes {
     /// `None` where the triangle is seen edge-on.
     pub fn new(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
-        let is_in_plane = |light: Source| light.side_of(scene.corners(triangle)) == 0;
-        match view.light.is_some_and(is_in_plane) {
+        match view.is_edge_on(scene, triangle) {
             true => None,
-            false => Self::of_drawn(view, scene, triangle, origin),
+            false => Self::even_edge_on(view, scene, triangle, origin),
         }
     }
 
-    /// The same where the light is known not to lie in the triangle's plane. No corner is clipped: an edge is the plane
+    /// The same even where the light lies in the plane of the triangle. No corner is clipped: an edge is the plane
     /// through the origin and two corners (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
     /// 1997).
-    pub fn of_drawn(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
+    pub fn even_edge_on(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
         let corners = scene
             .corners(triangle)
             .each(|corner| view.homogeneous(corner));
