@@ -158,8 +158,8 @@ pub struct Tile<'a> {
     ids: &'a mut [u32],
     /// No nearer than anything in each block.
     pub farthest: [f32; BLOCKS * BLOCKS],
-    /// What rounding may have done to the nearness.
-    pub room: f32,
+    /// What rounding may have done to the nearness in each block.
+    pub room: [f32; BLOCKS * BLOCKS],
     /// The rays of its texels, where they are no middles of pixels.
     pub rays: Option<&'a TileRays>,
     /// Of the triangle that is being drawn, if it is masked.
@@ -310,7 +310,7 @@ impl<'a> Tile<'a> {
             nearness,
             ids,
             farthest: [f32::NEG_INFINITY; BLOCKS * BLOCKS],
-            room: 0.0,
+            room: [0.0; BLOCKS * BLOCKS],
             rays: None,
             holes: None,
         }
@@ -357,11 +357,9 @@ impl<'a> Tile<'a> {
         [x0, x1, y0, y1]: [usize; 4],
     ) {
         self.find_holes(id);
-        self.room = self.room.max(shapes.rounding[lane]);
         let (bx0, bx1, by0, by1) = (x0 / BLOCK, x1 / BLOCK, y0 / BLOCK, y1 / BLOCK);
         let columns = (0xff << bx0) & (0xff >> (BLOCKS - 1 - bx1));
         let is_small = bx1 - bx0 + by1 - by0 <= 1;
-        let room = shapes.rounding[lane] + self.room;
         for by in by0..=by1 {
             let rows = y0.max(by * BLOCK)..y1.min(by * BLOCK + BLOCK - 1) + 1;
             let farthest = &self.farthest[by * BLOCKS..(by + 1) * BLOCKS];
@@ -372,7 +370,7 @@ impl<'a> Tile<'a> {
                 let found = shapes.blocks(simd, lane, (by * BLOCK) as f32, BLOCK as f32 - 1.0);
                 (blocks, covered, nearest) = (blocks & found.touched, found.covered, found.nearest);
             }
-            blocks &= mask_bits(farthest.simd_le(nearest + room));
+            blocks &= mask_bits(farthest.simd_le(nearest + self.room_of(simd, shapes, lane, by)));
             for bx in bits(blocks) {
                 let (is_covered, rows) = (covered >> bx & 1 != 0, rows.clone());
                 let finds_farthest = is_covered || rows.len() == BLOCK;
@@ -384,6 +382,14 @@ impl<'a> Tile<'a> {
                 }
             }
         }
+    }
+
+    /// How much farther than a triangle what blocks of a row hold may be, and yet be behind it.
+    #[inline(always)]
+    pub fn room_of<S: Simd>(&self, simd: S, shapes: &Shapes, lane: usize, by: usize) -> f32x8<S> {
+        let known = f32x8::from_slice(simd, &self.room[by * BLOCKS..(by + 1) * BLOCKS]);
+        let own = splat(simd, shapes.rounding[lane]);
+        known.max(own) + own
     }
 
     /// Draws into some rows of a block, which is covered or not, and tells whether it may have won a pixel.
@@ -430,7 +436,9 @@ impl<'a> Tile<'a> {
             splat(simd, shapes.high[lane]),
         );
         let rounding = splat(simd, shapes.rounding[lane]);
-        let room = rounding + self.room;
+        let block = rows.start / BLOCK * BLOCKS + bx;
+        self.room[block] = self.room[block].max(shapes.rounding[lane]);
+        let room = rounding + self.room[block];
         let (far, near) = self.view.seen;
         let (far, near) = (splat(simd, far as f32), splat(simd, near as f32));
         let id_of_all = u32x8::simd_from(simd, id);
@@ -543,7 +551,8 @@ impl<'a> Tile<'a> {
         if is_nearest {
             self.ids[place] = id;
             self.nearness[place] = new as f32;
-            self.room = self.room.max(new.abs() as f32 * EPSILON);
+            let block = place / TILE / BLOCK * BLOCKS + place % TILE / BLOCK;
+            self.room[block] = self.room[block].max(new.abs() as f32 * EPSILON);
         }
     }
 

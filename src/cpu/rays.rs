@@ -84,12 +84,11 @@ impl Tile<'_> {
         rays: &TileRays,
     ) {
         self.find_holes(id);
-        self.room = self.room.max(shapes.rounding[lane]);
-        let room = shapes.rounding[lane] + self.room;
         let block_rows = rays.rows_of_box(simd, sides);
         for by in bits(block_rows) {
             let farthest = f32x8::from_slice(simd, &self.farthest[by * BLOCKS..][..LANES]);
-            let near = farthest.simd_le(splat(simd, shapes.high[lane] + room));
+            let room = self.room_of(simd, shapes, lane, by);
+            let near = farthest.simd_le(room + shapes.high[lane]);
             let met = mask_bits(near) & rays.blocks_of_box(simd, by, sides);
             if met == 0 {
                 continue;
