@@ -540,15 +540,16 @@ impl<'a> Tile<'a> {
     #[inline(never)]
     fn decide(&mut self, place: usize, id: u32) {
         let middle = self.origin() + self.offset(place);
-        let Some(new) = self.view.nearness_at(self.scene, middle, id) else {
+        let (view, scene) = (self.view, self.scene);
+        let Some(new) = view.nearness_even_edge_on(scene, middle, id) else {
             return;
         };
         let known = self.ids[place];
         let is_nearest = known == NONE || {
-            let old = self.view.nearness_of_plane(self.scene, middle, known);
+            let old = view.nearness_of_plane(scene, middle, known);
             new > old || new == old && id < known
         };
-        if is_nearest {
+        if is_nearest && !view.is_edge_on(scene, id) {
             self.ids[place] = id;
             self.nearness[place] = new as f32;
             let block = place / TILE / BLOCK * BLOCKS + place % TILE / BLOCK;

@@ -122,14 +122,18 @@ impl View {
     /// triangles that share an edge compute the same number for it but for the sign, so that nothing slips between
     /// them (Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2013).
     pub fn nearness_at(&self, scene: &Scene, place: DVec2, triangle: u32) -> Option<f64> {
+        let found = self.nearness_even_edge_on(scene, place, triangle);
+        found.filter(|_| !self.is_edge_on(scene, triangle))
+    }
+
+    /// The same even where the light lies in the triangle's plane, which is asked for last: it takes longest.
+    pub fn nearness_even_edge_on(&self, scene: &Scene, place: DVec2, triangle: u32) -> Option<f64> {
         let planes = Planes::even_edge_on(self, scene, triangle, place)?;
         let (far, near) = self.seen;
         let nearness = planes.nearness.z;
         let is_inside = planes.edges.iter().all(|edge| edge.z >= 0.0);
         let is_met = is_inside && far < nearness && nearness < near;
-        let is_seen = is_met
-            && scene.is_solid(triangle, planes.edges.each(|edge| edge.z))
-            && !self.is_edge_on(scene, triangle);
+        let is_seen = is_met && scene.is_solid(triangle, planes.edges.each(|edge| edge.z));
         is_seen.then_some(nearness)
     }
 
@@ -140,7 +144,7 @@ impl View {
     }
 
     /// Whether the light lies in the triangle's plane.
-    fn is_edge_on(&self, scene: &Scene, triangle: u32) -> bool {
+    pub fn is_edge_on(&self, scene: &Scene, triangle: u32) -> bool {
         let is_in_plane = |light: Source| light.side_of(scene.corners(triangle)) == 0;
         self.light.is_some_and(is_in_plane)
     }

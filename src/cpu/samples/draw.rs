@@ -254,7 +254,7 @@ impl DrawnSamples {
         let (x, y) = tile.corner;
         let middle = DVec2::new((x + pixel % TILE) as f64, (y + pixel / TILE) as f64) + 0.5;
         let (view, scene) = (&pattern.views[sample], painter.scene);
-        let Some(new) = view.nearness_at(scene, middle, id) else {
+        let Some(new) = view.nearness_even_edge_on(scene, middle, id) else {
             return;
         };
         let known = self.ids[place];
@@ -262,7 +262,7 @@ impl DrawnSamples {
             let old = view.nearness_of_plane(scene, middle, known);
             new > old || new == old && id < known
         };
-        if is_nearest {
+        if is_nearest && !view.is_edge_on(scene, id) {
             self.ids[place] = id;
             self.nearness[place] = new as f32;
             self.room = self.room.max(new.abs() as f32 * EPSILON);
