@@ -74,19 +74,6 @@ impl<L: Lane> Plane<L> {
     }
 }
 
-/// How steeply a ray of the light meets a surface with that unit normal, and whether it runs along it.
-#[inline(always)]
-fn incidence<L: Lane>(normal: V3<L>, from_light: V3<L>) -> (L, L::Mask) {
-    let cosine = normal.dot(from_light / from_light.length()).abs();
-    (cosine, cosine.less(cosine.constant(EDGE_ON)))
-}
-
-/// Whether the light's rays run along a surface with that unit normal; see `Bias`.
-#[inline(always)]
-pub fn is_edge_on<L: Lane>(normal: V3<L>, from_light: V3<L>) -> L::Mask {
-    incidence(normal, from_light).1
-}
-
 impl<L: Lane> Rule<L> {
     /// `normal` is unit and `from_light` goes from the light to the receiver, both in world axes.
     #[inline(always)]
@@ -99,7 +86,8 @@ impl<L: Lane> Rule<L> {
     ) -> Bias<L> {
         // Rounding moves a depth, and moves it again by the slope where it moves the texel.
         let (zero, one) = (self.rounding.constant(0.0), self.rounding.constant(1.0));
-        let (cosine, is_edge_on) = incidence(normal, from_light);
+        let cosine = normal.dot(from_light / from_light.length()).abs();
+        let is_edge_on = cosine.less(cosine.constant(EDGE_ON));
         let rounding = self.rounding * (one / L::select(is_edge_on, one, cosine));
         let even = self.constant + rounding;
         let slope = kind.depth_slope(plane.normal, plane.q);

@@ -37,7 +37,7 @@ impl<S: Simd> BlockLookup<'_, S> {
     ) -> u32 {
         let comparison = self.layer.comparison;
         let reach = usize::from(comparison.reach);
-        let is_at_seam = self.is_at_seam(row);
+        let is_at_seam = self.is_at_seam(row.patch, row.middle, row.on_map);
         let Some(mut seen) = self.look_around(kind, rule, row, i, is_at_seam) else {
             return 0;
         };

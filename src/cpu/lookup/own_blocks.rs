@@ -1,11 +1,12 @@
 //! Blocks of one triangle, which all texels around hold, too: nothing there stands before it, so its receivers are lit. It
-//! is what `depths` says of each row, found for the block at once.
+//! is what `depths` says of each row, found for the block at once; and where the light's rays run along the triangle, which
+//! has some width in the map nevertheless, it is more than depths say.
 
 use super::{BlockLookup, Purpose};
-use crate::bias::is_edge_on;
 use crate::cpu::lanes::{Simd, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::rasterize::Image;
 use crate::cpu::tiles::{BLOCK, TILE};
+use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2};
 use crate::projection::Formulas;
 use crate::warp::Warping;
@@ -31,18 +32,25 @@ impl<S: Simd> BlockLookup<'_, S> {
             let mut place = kind.centred_texel_from_projected(q) + centre;
             let mask = mask32x8::from_bitmask(simd, u64::from(self.masks[i]));
             let on_map = self.is_on_map(place) & mask;
-            let (normal, _) = self.normals(i);
-            let from_light = self.receivers.rays_of_light(simd, point);
-            if mask_bits(is_edge_on(normal, from_light) & on_map) != 0 {
-                return false;
-            }
-            if let Some(Warping::Functions(map)) = self.layer.warp {
+            let mut patch = None;
+            if let Some(Warping::Functions(WarpMap { warp, .. })) = self.layer.warp {
                 let linear = place.zip(size, |place, size| place / size);
-                let (warped, _) = map.warp.warped_from_linear(linear);
+                let (warped, functions) = warp.warped_from_linear(linear);
                 place = warped.zip(size, |warped, size| warped * size);
+                if warp.functions > 1 {
+                    patch = Some(self.patch_of(warp, functions, mask));
+                }
             }
             let keep = |new, old| Lane::select(on_map, new, old);
-            let texel = self.nearest_on_map(place.map(Lane::floor));
+            let mut texel = place.map(Lane::floor);
+            if let Some([first, last]) = patch {
+                texel.x = Lane::clamp(texel.x, first.x, last.x);
+                texel.y = Lane::clamp(texel.y, first.y, last.y);
+            }
+            texel = self.nearest_on_map(texel);
+            if patch.is_some_and(|patch| self.is_at_seam(patch, texel, on_map)) {
+                return false;
+            }
             low = texel.zip(low, |at, low| keep(Lane::min(at, low), low));
             high = texel.zip(high, |at, high| keep(Lane::max(at, high), high));
             answered[i] = mask_bits(on_map);
@@ -63,18 +71,14 @@ impl<S: Simd> BlockLookup<'_, S> {
         is_of_own
     }
 
-    /// What all receivers of the block are on, where texels that hold it say nothing against them and those around lie side
-    /// by side.
+    /// What all receivers of the block are on, where texels that hold it say nothing against them.
     #[inline(always)]
     fn only_triangle(&self) -> Option<u32> {
         let layer = self.layer;
-        let is_torn = match layer.warp {
-            None => false,
-            Some(Warping::Functions(_)) => self.tearing_warp().is_some(),
-            Some(Warping::Samples(_)) => true,
-        };
+        // Through a table places are found one at a time, which the rows would do again.
+        let is_table = matches!(layer.warp, Some(Warping::Samples(_)));
         let is_asked = matches!(layer.purpose, Purpose::Look) && layer.map.pages.is_none();
-        if !layer.knows_own || is_torn || !is_asked {
+        if !layer.knows_own || is_table || !is_asked {
             return None;
         }
         let mut rows = self.rows();
@@ -100,5 +104,38 @@ impl Image {
             }
             others == 0
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::tiles::{TILE_PIXELS, Tiling};
+    use crate::twin::Random;
+
+    #[test]
+    fn a_rectangle_shows_one_triangle_only_where_each_pixel_does() {
+        let mut random = Random(11);
+        let tiling = Tiling::new(150, 100);
+        let mut found = [0; 2];
+        for _ in 0..400 {
+            let mut triangles = vec![7; tiling.tiles() * TILE_PIXELS];
+            let other = [random.below(150), random.below(100)];
+            triangles[tiling.index(other[0], other[1])] = 8;
+            let image = Image { tiling, triangles };
+            // Around the other one, beside it by a pixel, or across tiles.
+            let first = [0, 1].map(|k| other[k].saturating_sub(random.below(80)));
+            let sizes = [150, 100];
+            let last = [0, 1].map(|k| (first[k] + random.below(80)).min(sizes[k] - 1));
+            let is_within = (0..2).all(|k| first[k] <= other[k] && other[k] <= last[k]);
+            assert_eq!(
+                image.has_only(7, first, last),
+                !is_within,
+                "{first:?} {other:?} {last:?}"
+            );
+            assert!(!image.has_only(9, first, last));
+            found[usize::from(is_within)] += 1;
+        }
+        assert!(found.iter().all(|&count| count > 50), "{found:?}");
     }
 }

@@ -93,7 +93,7 @@ impl<S: Simd> BlockLookup<'_, S> {
 
     /// The patches that receivers lie in. Neighbours mostly lie in the same ones.
     #[inline(always)]
-    fn patch_of(
+    pub(super) fn patch_of(
         &mut self,
         warp: &Warp,
         functions: V2<f32x8<S>>,

@@ -4,7 +4,7 @@
 use super::depths::Seen;
 use super::{BlockLookup, RowReceivers};
 use crate::bias::Rule;
-use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, splat};
+use crate::cpu::lanes::{LANES, Simd, bits, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::rasterize::NONE;
 use crate::cpu::warp_map::WarpMap;
 use crate::lanes::{Lane, V2};
@@ -15,15 +15,20 @@ use crate::warp::texels_outside;
 const SIDES: [(f32, f32); 4] = [(0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0)];
 
 impl<S: Simd> BlockLookup<'_, S> {
-    /// Whether some of the texels around lie across a seam.
+    /// Whether some of the texels around those of receivers lie across a seam, beyond their patches.
     #[inline(always)]
-    pub(super) fn is_at_seam(&self, row: &RowReceivers<S>) -> bool {
+    pub(super) fn is_at_seam(
+        &self,
+        patch: [V2<f32x8<S>>; 2],
+        middle: V2<f32x8<S>>,
+        on_map: mask32x8<S>,
+    ) -> bool {
         let reach = f32::from(self.layer.comparison.reach);
         self.tearing_warp().is_some() && {
             let reach = splat(self.simd, reach);
-            let [above, below, left, right] = texels_outside(row.patch, row.middle, reach);
+            let [above, below, left, right] = texels_outside(patch, middle, reach);
             let most = Lane::max(Lane::max(above, below), Lane::max(left, right));
-            mask_bits(Lane::less(splat(self.simd, 0.0), most) & row.on_map) != 0
+            mask_bits(Lane::less(splat(self.simd, 0.0), most) & on_map) != 0
         }
     }
 

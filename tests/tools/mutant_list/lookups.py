@@ -12,6 +12,7 @@ LOOKUPS = (
     "pytest", "tests/test_lookups.py", "tests/test_methods.py", "-k",
     "noon or one_row or (auto_is or misclassified and None) and desired_view",
 )  # fmt: skip
+LOOKUPS_OF_WARPS = ("pytest", "tests/test_lookups.py", "tests/test_methods.py", "-k", "rtw")
 TORN = ("pytest", "tests/test_lookups.py", "tests/test_pcf.py", "-k", "tear or seam")
 TORN_PLANE = ("pytest", "tests/test_shadow_maps.py", "-k", "never_shadows and NonOrthogonal")
 ACROSS = ("cargo", "--lib", "warp::twins")
@@ -21,6 +22,7 @@ MIPS = ("cargo", "--lib", "filtered_texels")
 MOMENTS_IN_RUST = ("cargo", "--lib", "moments")
 BIASES_IN_RUST = ("cargo", "--lib", "bias")
 KNOWN = ("cargo", "--lib", "lookup::depths")
+OWN = ("cargo", "--lib", "own_blocks")
 STAIRS = ("pytest", "tests/test_revectorized.py", "-k", "middles_of_steps")
 
 LOOKUP = "shaders/lookup.wgsl"
@@ -34,6 +36,7 @@ CPU_TEXELS = "src/cpu/filtered_texels.rs"
 CPU_STAIRS = "src/cpu/lookup/revectorized.rs"
 CPU_AROUND = "src/neighbourhood.rs"
 CPU_DEPTHS = "src/cpu/lookup/depths.rs"
+CPU_OWN = "src/cpu/lookup/own_blocks.rs"
 
 MUTANTS = (
     Mutant(
@@ -98,6 +101,19 @@ MUTANTS = (
     Mutant(
         "auto lookup", "no triangle is higher than a texel, on the CPU", CPU_DEPTHS,
         "u32::from(id == previous || id == above)", "u32::from(id == previous)", KNOWN,
+    ),
+    Mutant(
+        "blocks of one triangle", "do not look at the last row", CPU_OWN,
+        "(y0..=y1).all(", "(y0..y1).all(", OWN,
+    ),
+    Mutant(
+        "blocks of one triangle", "look at the texels of a corner alone", CPU_OWN,
+        "has_only(id, first, last)", "has_only(id, first, first)", LOOKUPS,
+    ),
+    Mutant(
+        "blocks of one triangle", "look where they are before the warp", CPU_OWN,
+        "place = warped.zip(size, |warped, size| warped * size);",
+        "place = place + warped * splat(simd, 0.0);", LOOKUPS_OF_WARPS,
     ),
     Mutant(
         "bias", "is added to the plane, not taken off", LOOKUP_BIAS,
