@@ -199,6 +199,7 @@ def measurements(name: str) -> list[str]:
         if rows.empty:
             continue
         first, made = rows.iloc[0], table.attrs
+        light = re.sub(r"(?<=\w)(?=[A-Z])", " ", first.light_kind).lower()
         lines = [
             "| scene | map | ms | quartiles | misclassified | % of covered | false shadow |",
             "|---|---|---|---|---|---|---|",
@@ -211,7 +212,7 @@ def measurements(name: str) -> list[str]:
                 f"| {100 * row.rate_covered:.3f} | {row.false_shadow_count:,.0f} |"
             )
         parts += [
-            f"## Measured on {made['device']}",
+            f"## Measured by a {light} on {made['device']}",
             f"{first.width} x {first.height} pixels, {made['date']}, driver {made['driver']}, by "
             f"`{made['command']}`.",
             "\n".join(lines),

@@ -97,6 +97,10 @@ def test_every_method_has_a_page(site):
         # Equations are drawn, and nothing of the docstring's own markup is left.
         assert ("<svg" in page.split("<article")[1]) == (".. math::" in (method.__doc__ or ""))
         assert "math::" not in page
+        # On both engines, by a light that the method takes.
+        measured = re.findall(r"<h2 [^>]*>Measured by an? (\w+) light on ([^<&]+)", page)
+        assert len({device for _, device in measured}) == 2, name
+        assert ("directional" in dict(measured)) == method().takes(lx.DirectionalLight((0, -1, 0)))
 
 
 def test_the_drawings_of_concepts_show_what_their_page_says():

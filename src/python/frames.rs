@@ -224,7 +224,6 @@ fn projection_to_python(py: Python, layer: &RenderedLayer) -> PyResult<Py<PyDict
     Ok(result.unbind())
 }
 
-/// Maps of (rows, columns, values) as one, layer after layer: the number of layers, rows, columns, and the values.
 /// The functions of a warp, or its samples.
 fn shaped(warp: Warping<Warp>) -> ([usize; 3], Vec<f32>) {
     match warp {
@@ -240,6 +239,7 @@ fn shaped(warp: Warping<Warp>) -> ([usize; 3], Vec<f32>) {
     }
 }
 
+/// Maps of (rows, columns, values) as one, layer after layer: the number of layers, rows, columns, and the values.
 fn stacked(maps: Vec<(usize, usize, Vec<f32>)>) -> ([usize; 3], Vec<f32>) {
     let (rows, columns) = maps.first().map_or((0, 0), |map| (map.0, map.1));
     let shape = [maps.len(), rows, columns];

@@ -72,7 +72,7 @@ def save(table: pandas.DataFrame, path: str | Path) -> None:
         part.write_text(lines + text, encoding="utf-8")
     else:
         needs("pyarrow", "study")
-        rows.to_parquet(part, index=False)
+        rows.to_parquet(part, index=False, compression="zstd", compression_level=19)
     part.replace(target)
 
 
