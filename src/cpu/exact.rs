@@ -2,16 +2,14 @@
 //! its cell, or in that of a finer grid where many triangles lie in few cells (`crowds`).
 
 use super::caster_tests::{Known, Tests};
-use super::extents::{Extent, add_extents, extents_of_jobs};
+use super::extents::Extent;
 use super::frame::{CASTER_TESTS_LABEL, LIGHT_GRID_LABEL, RECEIVERS_LABEL};
-use super::lanes::{Simd, dispatch, level};
+use super::lanes::{dispatch, level};
 use super::light_grid::GRID;
 use super::light_grids::Grids;
 use super::rasterize::Image;
-use super::receivers::{
-    BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, masks_of_views,
-};
-use super::tiles::{BLOCK, cut};
+use super::receivers::{Receivers, ViewFromEye};
+use super::tiles::cut;
 use super::view::{Nearness, View, cube_views};
 use crate::camera::Camera;
 use crate::fits::source::is_far_away;
@@ -22,9 +20,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// The row of each block whose receivers the grid is fitted to.
-const SAMPLED_ROW: usize = 3;
 
 /// 1 lit, 0 in shadow, NaN where nothing is seen, row by row; and what it took.
 pub struct Answer {
@@ -135,33 +130,4 @@ pub fn views(light: &Light, (low, high): (DVec3, DVec3)) -> Vec<View> {
         seen: (f64::NEG_INFINITY, f64::INFINITY),
         light: Some(source),
     }]
-}
-
-/// The extents of some receivers in each view: of a row of every block, or of every so many blocks along each axis.
-pub fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye], spacing: usize) -> Vec<Extent> {
-    let step = spacing * BLOCK;
-    let rows = receivers.image.tiling.height.div_ceil(step);
-    extents_of_jobs(seen.len(), rows, |i, extents| {
-        dispatch!(level(), simd => extents_of_rows(simd, receivers, seen, (i * step, step), extents));
-    })
-}
-
-#[inline(always)]
-fn extents_of_rows<S: Simd>(
-    simd: S,
-    receivers: &Receivers,
-    seen: &[ViewFromEye],
-    (y, step): (usize, usize),
-    extents: &mut [Extent],
-) {
-    let mut known = KnownPlanes::default();
-    let mut block = BlockReceivers::none(simd);
-    let mut places = BlockPlaces::none(simd);
-    let row = SAMPLED_ROW.min(receivers.image.tiling.height - y - 1);
-    for x in (0..receivers.image.tiling.width).step_by(step) {
-        if receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
-            let masks = masks_of_views(simd, receivers.light_at, &block, seen.len());
-            add_extents(simd, seen, &block, &masks, &mut places, extents);
-        }
-    }
 }

@@ -1,10 +1,44 @@
 //! How far receivers reach in a view of the light.
 
-use super::lanes::{Simd, f32x8, mask32x8};
-use super::receivers::{BlockPlaces, BlockReceivers, ViewFromEye};
+use super::lanes::{Simd, dispatch, f32x8, level, mask32x8};
+use super::receivers::{
+    BlockPlaces, BlockReceivers, KnownPlanes, Receivers, ViewFromEye, masks_of_views,
+};
 use super::tiles::BLOCK;
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
+
+/// The row of each block whose receivers are samples of all.
+const SAMPLED_ROW: usize = 3;
+
+/// The extents of some receivers in each view: of a row of every block, or of every so many blocks along each axis.
+pub fn sampled_extents(receivers: &Receivers, seen: &[ViewFromEye], spacing: usize) -> Vec<Extent> {
+    let step = spacing * BLOCK;
+    let rows = receivers.image.tiling.height.div_ceil(step);
+    extents_of_jobs(seen.len(), rows, |i, extents| {
+        dispatch!(level(), simd => extents_of_rows(simd, receivers, seen, (i * step, step), extents));
+    })
+}
+
+#[inline(always)]
+fn extents_of_rows<S: Simd>(
+    simd: S,
+    receivers: &Receivers,
+    seen: &[ViewFromEye],
+    (y, step): (usize, usize),
+    extents: &mut [Extent],
+) {
+    let mut known = KnownPlanes::default();
+    let mut block = BlockReceivers::none(simd);
+    let mut places = BlockPlaces::none(simd);
+    let row = SAMPLED_ROW.min(receivers.image.tiling.height - y - 1);
+    for x in (0..receivers.image.tiling.width).step_by(step) {
+        if receivers.block(simd, (x, y), row..row + 1, &mut known, &mut block) {
+            let masks = masks_of_views(simd, receivers.light_at, &block, seen.len());
+            add_extents(simd, seen, &block, &masks, &mut places, extents);
+        }
+    }
+}
 
 /// Adds the receivers of a block that each view sees to its extent.
 #[inline(always)]

@@ -1,8 +1,7 @@
 //! The grids of one light, which serve every camera whose receivers they hold.
 
 use super::crowds::Crowd;
-use super::exact::sampled_extents;
-use super::extents::Extent;
+use super::extents::{Extent, sampled_extents};
 use super::finer_grids::make_finer;
 use super::light_grid::{LightGrid, fitted};
 use super::receivers::{Receivers, ViewFromEye};

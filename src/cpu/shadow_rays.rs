@@ -7,7 +7,8 @@
 //! where float32 is not sure.
 
 use super::candidates::{Candidates, PlacedBlock};
-use super::exact::{sampled_extents, views};
+use super::exact::views;
+use super::extents::sampled_extents;
 use super::lanes::{Simd, bits, dispatch, level, mask_bits, splat};
 use super::light_grid::fitted;
 use super::rasterize::{Image, NONE};
