@@ -83,30 +83,21 @@ impl Grids {
     /// Of each view, the extent of its receivers if it is to have a grid of them: known ones that fit them are kept.
     pub fn missing(&mut self, receivers: &Receivers, seen: &[ViewFromEye]) -> Vec<Extent> {
         if self.of_views.iter().any(|grids| !grids.is_empty()) {
-            let mut extents = sampled_extents(receivers, seen, SPACING_OF_KNOWN);
-            self.fit(&mut extents);
-            if extents.iter().all(Extent::is_empty) {
-                return extents;
+            let extents = sampled_extents(receivers, seen, SPACING_OF_KNOWN);
+            let mut pairs = self.of_views.iter().zip(&extents);
+            if pairs.all(|(grids, extent)| extent.is_empty() || fit(grids, extent)) {
+                return vec![Extent::EMPTY; extents.len()];
             }
         }
         let mut extents = sampled_extents(receivers, seen, 1);
-        self.fit(&mut extents);
-        extents
-    }
-
-    /// Takes those away that fit the samples badly, and the samples of the others.
-    fn fit(&mut self, extents: &mut [Extent]) {
-        for (grids, extent) in self.of_views.iter_mut().zip(extents) {
-            let both = |all: Extent, fitted: &FittedGrid| all.and(fitted.extent);
-            let all = grids.iter().fold(Extent::EMPTY, both);
-            let first = grids.first().map_or(Extent::EMPTY, |fitted| fitted.extent);
-            let fits = first.is_close_around(extent) || all.is_close_around(extent);
-            match grids.len() <= MAX_KEPT && fits {
+        for (grids, extent) in self.of_views.iter_mut().zip(&mut extents) {
+            match fit(grids, extent) {
                 true => *extent = Extent::EMPTY,
                 false if !extent.is_empty() => grids.clear(),
                 false => (),
             }
         }
+        extents
     }
 
     /// Adds a grid for each extent that is not empty, and those of crowds that are wanted; says whether there are any.
@@ -131,6 +122,15 @@ impl Grids {
             .map(|grids| grids.iter().map(seen).collect())
             .collect()
     }
+}
+
+/// Whether the grids of a view are few, and the first or all of them fit the samples.
+fn fit(grids: &[FittedGrid], samples: &Extent) -> bool {
+    let both = |all: Extent, fitted: &FittedGrid| all.and(fitted.extent);
+    let all = grids.iter().fold(Extent::EMPTY, both);
+    let first = grids.first().map_or(Extent::EMPTY, |fitted| fitted.extent);
+    let fits = first.is_close_around(samples) || all.is_close_around(samples);
+    grids.len() <= MAX_KEPT && fits
 }
 
 impl Extent {
