@@ -13,7 +13,11 @@ SHADOW_RAYS = "shadow rays"
 FIT_LIGHT_MATRIX = "fit light matrix (CPU)"
 FLOAT64 = "float64 (CPU)"
 
-RECEIVERS = ("receivers", "receiver tiles", "image tiles", "page requests")
+FACING = "receivers"
+RECEIVER_TILES = ("receiver tiles", "image tiles", "page requests")
+"""Which parts of the map and of the image receivers are in: the others are not drawn."""
+
+RECEIVERS = (FACING, *RECEIVER_TILES)
 """What of the image faces the light, and where it is in the image and in the map."""
 
 FIT = ("samples", "outline", FIT_LIGHT_MATRIX)

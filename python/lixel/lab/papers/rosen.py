@@ -45,9 +45,9 @@ DRAWN = {
     "triangles drawn": f"stats.{passes.SHADOW_MAP}.rasterized",
 }
 STAGES = {
-    "(a) importance map": (*passes.RECEIVERS, *passes.FIT, *passes.IMPORTANCE),
+    "(a) importance map": (passes.FACING, *passes.FIT, *passes.IMPORTANCE),
     "(b) warping map": (passes.WARP_MAP,),
-    "(c) shadow map": (passes.SHADOW_MAP,),
+    "(c) shadow map": (*passes.RECEIVER_TILES, passes.SHADOW_MAP),
     "(d) output": (passes.VISIBILITY, passes.LOOKUP),
 }
 
