@@ -182,10 +182,10 @@ def parameters(text: str, method: type) -> dict[str, str]:
     for name, kind, body in found:
         if name in defaults:
             kind = kind.replace("{", "").replace("}", "")
+            # Lists within lists are four spaces in.
+            words = re.sub(r"^( +)", r"\1\1", textwrap.dedent(body).strip(), flags=re.M)
             # A definition, in the words of Markdown's extension.
-            words = textwrap.indent(textwrap.dedent(body).strip(), "    ").replace(
-                "    ", ":   ", 1
-            )
+            words = textwrap.indent(words, "    ").replace("    ", ":   ", 1)
             described[name] = f"`{name}` : {kind}; default `{defaults[name]!r}`\n\n{words}"
     return described
 

@@ -97,6 +97,8 @@ def test_every_method_has_a_page(site):
         # Equations are drawn, and nothing of the docstring's own markup is left.
         assert ("<svg" in page.split("<article")[1]) == (".. math::" in (method.__doc__ or ""))
         assert "math::" not in page
+        # A list within a list ends where it does in the docstring.
+        assert page.count("<li>Otherwise lit.</li>\n</ol>") == page.count("Otherwise lit.")
         # On both engines, by a light that the method takes.
         measured = re.findall(r"<h2 [^>]*>Measured by an? (\w+) light on ([^<&]+)", page)
         assert len({device for _, device in measured}) == 2, name

@@ -154,6 +154,7 @@ class ShadowMapMethod(ShadowMethod):
           3. Where at least 6 of the 9 texels hold something nearer, and each another triangle, 0.6
              of the weight is enough.
           4. Otherwise lit.
+
         - ``"revectorized"``: as ``"depth"``, but along the stairs of texels the edge between lit
           and shadow runs straight from the middle of one step to the middle of the next, for up to
           16 texels on each side of the receiver.
