@@ -17,6 +17,9 @@ FACING = "receivers"
 RECEIVER_TILES = ("receiver tiles", "image tiles", "page requests")
 """Which parts of the map and of the image receivers are in: the others are not drawn."""
 
+DRAWING = (*RECEIVER_TILES, SHADOW_MAP)
+"""The map, where receivers look."""
+
 RECEIVERS = (FACING, *RECEIVER_TILES)
 """What of the image faces the light, and where it is in the image and in the map."""
 

@@ -212,6 +212,18 @@ impl<S: Simd> BlockLookup<'_, S> {
         texel.zip(last, |texel, last| Lane::clamp(texel, zero, last))
     }
 
+    /// The texel of a patch that is nearest to one.
+    #[inline(always)]
+    pub(super) fn nearest_in_patch(
+        texel: V2<f32x8<S>>,
+        [low, high]: [V2<f32x8<S>>; 2],
+    ) -> V2<f32x8<S>> {
+        V2::new(
+            Lane::clamp(texel.x, low.x, high.x),
+            Lane::clamp(texel.y, low.y, high.y),
+        )
+    }
+
     /// The middles of the columns and rows around the receivers' own texels before the warp, in texels.
     #[inline(always)]
     fn columns_and_rows(&self, row: &RowReceivers<S>) -> [V2<f32x8<S>>; AROUND] {

@@ -51,13 +51,8 @@ impl<S: Simd> BlockLookup<'_, S> {
             };
             let mut texel = self.texel_at(place, counts);
             if !filter.is_unwarped {
-                let [low, high] = row.patch;
-                let within = V2::new(
-                    Lane::clamp(texel.x, low.x, high.x),
-                    Lane::clamp(texel.y, low.y, high.y),
-                );
                 // A patch without a texel may end before the map begins.
-                texel = self.nearest_on_map(within);
+                texel = self.nearest_on_map(Self::nearest_in_patch(texel, row.patch));
             }
             // What is off the map is no texel, of no page.
             let asking = row.on_map & counts;

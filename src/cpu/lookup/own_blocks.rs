@@ -2,6 +2,7 @@
 //! is what `depths` says of each row, found for the block at once; and where the light's rays run along the triangle, which
 //! has some width in the map nevertheless, it is more than depths say.
 
+use super::looked_at::TexelBox;
 use super::{BlockLookup, Purpose};
 use crate::cpu::lanes::{Simd, f32x8, mask_bits, mask32x8, splat};
 use crate::cpu::rasterize::Image;
@@ -21,10 +22,8 @@ impl<S: Simd> BlockLookup<'_, S> {
         };
         let simd = self.simd;
         let (size, centre) = (self.v2(self.layer.size), self.v2(self.layer.centre));
-        let (mut low, mut high) = (
-            V2::splat(splat(simd, f32::INFINITY)),
-            V2::splat(splat(simd, 0.0)),
-        );
+        let whole = [V2::splat(splat(simd, 0.0)), self.v2(self.layer.size - 1.0)];
+        let mut texels = TexelBox::empty(simd);
         let mut answered = [0; BLOCK];
         for i in self.rows() {
             let point = &self.block.points[i];
@@ -32,36 +31,27 @@ impl<S: Simd> BlockLookup<'_, S> {
             let mut place = kind.centred_texel_from_projected(q) + centre;
             let mask = mask32x8::from_bitmask(simd, u64::from(self.masks[i]));
             let on_map = self.is_on_map(place) & mask;
-            let mut patch = None;
+            let mut patch = whole;
             if let Some(Warping::Functions(WarpMap { warp, .. })) = self.layer.warp {
                 let linear = place.zip(size, |place, size| place / size);
                 let (warped, functions) = warp.warped_from_linear(linear);
                 place = warped.zip(size, |warped, size| warped * size);
                 if warp.functions > 1 {
-                    patch = Some(self.patch_of(warp, functions, mask));
+                    patch = self.patch_of(warp, functions, mask);
                 }
             }
-            let keep = |new, old| Lane::select(on_map, new, old);
-            let mut texel = place.map(Lane::floor);
-            if let Some([first, last]) = patch {
-                texel.x = Lane::clamp(texel.x, first.x, last.x);
-                texel.y = Lane::clamp(texel.y, first.y, last.y);
-            }
-            texel = self.nearest_on_map(texel);
-            if patch.is_some_and(|patch| self.is_at_seam(patch, texel, on_map)) {
+            let within = Self::nearest_in_patch(place.map(Lane::floor), patch);
+            let texel = self.nearest_on_map(within);
+            if self.is_at_seam(patch, texel, on_map) {
                 return false;
             }
-            low = texel.zip(low, |at, low| keep(Lane::min(at, low), low));
-            high = texel.zip(high, |at, high| keep(Lane::max(at, high), high));
+            texels.add(texel, on_map);
             answered[i] = mask_bits(on_map);
         }
         if answered == [0; BLOCK] {
             return false;
         }
-        let (first, last) = self.reached(
-            [low.x.reduce_min(), low.y.reduce_min()],
-            [high.x.reduce_max(), high.y.reduce_max()],
-        );
+        let (first, last) = self.reached(&texels);
         let is_of_own = self.layer.map.image.has_only(id, first, last);
         if is_of_own {
             for (i, receivers) in answered.into_iter().enumerate() {

@@ -79,12 +79,8 @@ impl<S: Simd> BlockLookup<'_, S> {
         let whole = row
             .place
             .map(|place| Lane::select(row.on_map, Lane::floor(place), zero));
-        let [low, high] = row.patch;
-        let within = V2::new(
-            Lane::clamp(whole.x, low.x, high.x),
-            Lane::clamp(whole.y, low.y, high.y),
-        );
-        row.middle = within.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+        let within = Self::nearest_in_patch(whole, row.patch);
+        row.middle = self.nearest_on_map(within);
         if self.layer.comparison.reach == 0 {
             self.ask_across(&mut row, whole - within);
         }
@@ -129,8 +125,7 @@ impl<S: Simd> BlockLookup<'_, S> {
         );
         let texels = self.layer.texels;
         let across = warp.texel_across(row.linear, row.functions, side, texels);
-        let last = self.v2(self.layer.size - 1.0);
-        let across = across.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+        let across = self.nearest_on_map(across);
         row.middle = row.middle.zip(across, |middle, across| {
             Lane::select(is_torn_off, across, middle)
         });

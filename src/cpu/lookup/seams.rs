@@ -84,7 +84,6 @@ impl<S: Simd> BlockLookup<'_, S> {
         let WarpMap { warp, .. } = self.tearing_warp().expect("it tears the map");
         let direction = V2::new(splat(simd, x), splat(simd, y));
         let nearest = warp.texel_across(row.linear, row.functions, direction, texels);
-        let (zero, last) = (splat(simd, 0.0), self.v2(self.layer.size - 1.0));
         let middle_row: [f32; LANES] = row.middle.y.into();
         let (low, high): ([f32; LANES], [f32; LANES]) =
             (row.patch[0].y.into(), row.patch[1].y.into());
@@ -95,7 +94,7 @@ impl<S: Simd> BlockLookup<'_, S> {
                     nearest.x + (x * out + y.abs() * along),
                     nearest.y + (y * out + x.abs() * along),
                 );
-                let inside = texel.zip(last, |texel, last| Lane::clamp(texel, zero, last));
+                let inside = self.nearest_on_map(texel);
                 let is_same = |a: f32x8<S>, b: f32x8<S>| Lane::at_most(a, b) & Lane::at_most(b, a);
                 let is_on_map = is_same(texel.x, inside.x) & is_same(texel.y, inside.y);
                 let index = self.index(row.on_map, inside);

@@ -30,9 +30,9 @@ LAMP_METHODS = {
     "DPSM w/ warping": "dual_paraboloid+notw",
 }
 
-DESIRED_VIEW = (*passes.RECEIVERS, *passes.FIT)
+DESIRED_VIEW = (passes.FACING, *passes.FIT)
 IMPORTANCE = (*passes.IMPORTANCE, passes.WARP_MAP)
-DRAWING = {"shadow map": (passes.SHADOW_MAP,), "final pass": (passes.LOOKUP,)}
+DRAWING = {"shadow map": passes.DRAWING, "final pass": (passes.LOOKUP,)}
 
 TABLE_1, TABLE_2, TABLE_3 = (rows_of(MILET, f"Table {number}") for number in (1, 2, 3))
 THESIS_2 = rows_of(THESIS, "Table 5.2")
@@ -123,7 +123,7 @@ TABLES = (
         base="CubeSM",
         stages={
             "Frame time": None,
-            "SM rendering": (*DESIRED_VIEW, *IMPORTANCE, passes.SHADOW_MAP),
+            "SM rendering": (*DESIRED_VIEW, *IMPORTANCE, *passes.DRAWING),
             "Shadow computation": (passes.LOOKUP,),
         },
         ranking=("CubeSM", "CubeSM w/ warping", "DPSM w/ warping"),

@@ -47,7 +47,7 @@ DRAWN = {
 STAGES = {
     "(a) importance map": (passes.FACING, *passes.FIT, *passes.IMPORTANCE),
     "(b) warping map": (passes.WARP_MAP,),
-    "(c) shadow map": (*passes.RECEIVER_TILES, passes.SHADOW_MAP),
+    "(c) shadow map": passes.DRAWING,
     "(d) output": (passes.VISIBILITY, passes.LOOKUP),
 }
 
