@@ -26,6 +26,7 @@ mod frustum;
 mod geometry;
 mod gpu;
 mod importance;
+mod instructions;
 mod lanes;
 mod light;
 mod lock;

@@ -140,9 +140,9 @@ def test_no_circle_of_imports_among_modules() -> None:
 # The folders and files of each storey, and what they must not name.
 WORLD = {
     "aliasing", "bias", "bvh", "camera", "edge_directions", "edges", "error", "frustum", "geometry",
-    "importance", "lanes", "light", "lock", "map_settings", "map_size", "masks", "moments",
-    "neighbourhood", "occlusion", "paging", "projection", "reference", "region", "rounding",
-    "scene", "sides", "stats", "threads", "warp",
+    "importance", "instructions", "lanes", "light", "lock", "map_settings", "map_size", "masks",
+    "moments", "neighbourhood", "occlusion", "paging", "projection", "reference", "region",
+    "rounding", "scene", "sides", "stats", "threads", "warp",
 }  # fmt: skip
 ENGINES = {"gpu", "cpu"}
 TOP = {"engine", "render", "python"}

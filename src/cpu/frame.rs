@@ -5,16 +5,17 @@ use super::importance_map::{PlacedReceivers, Words};
 use super::light_grids::Grids;
 use super::map::Map;
 use super::pages::kept::KeptPages;
+use super::processor;
 use super::rasterize::{Image, rasterize};
 use super::receivers::Receivers;
 use super::tiles::{TILE, TILE_PIXELS, Tiling};
 use super::view::View;
 use super::warp_map::CpuWarp;
-use super::{lanes, processor};
 use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::edges::Edges;
 use crate::error::{Error, Result, ensure_value};
+use crate::instructions::level_name;
 use crate::light::Light;
 use crate::lock::Kept;
 use crate::paging::PagedMaps;
@@ -326,7 +327,7 @@ pub struct Description {
 pub fn description() -> Description {
     Description {
         processor: processor::name(),
-        lanes: lanes::level_name(),
+        lanes: level_name(),
         threads: rayon::current_num_threads(),
     }
 }

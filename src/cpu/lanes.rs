@@ -1,11 +1,8 @@
 //! Eight float32 numbers at once.
-//!
-//! Which instructions there are is found when the program runs; `LIXEL_LANES=baseline` takes only those that every
-//! processor of the kind has.
 
-use fearless_simd::{Level, prelude::*};
-use std::sync::OnceLock;
+use fearless_simd::prelude::*;
 
+pub use crate::instructions::level;
 pub use fearless_simd::{
     Simd, dispatch, f32x4, f32x8, f32x16, f64x4, f64x8, mask32x8, mask64x8, u32x8, u32x16,
 };
@@ -15,28 +12,6 @@ pub const LANES: usize = 8;
 
 /// What each float32 operation rounds, as a share of its result.
 pub const EPSILON: f32 = 0.5 * f32::EPSILON;
-
-pub fn level() -> Level {
-    static LEVEL: OnceLock<Level> = OnceLock::new();
-    *LEVEL.get_or_init(|| match std::env::var("LIXEL_LANES").as_deref() {
-        Ok("baseline") => Level::baseline(),
-        _ => Level::new(),
-    })
-}
-
-/// What the instructions are called.
-pub fn level_name() -> &'static str {
-    let level = format!("{:?}", level());
-    let names = [
-        ("Avx512", "AVX-512"),
-        ("Avx2", "AVX2"),
-        ("Sse4_2", "SSE4.2"),
-        ("Sse2", "SSE2"),
-        ("Neon", "NEON"),
-    ];
-    let known = names.iter().find(|(token, _)| level.contains(token));
-    known.map_or("scalar", |(_, name)| name)
-}
 
 /// The numbers from 0 on.
 #[inline(always)]
