@@ -4,11 +4,20 @@ use crate::error::Result;
 use crate::gpu::kernel::{Groups, Kernel};
 use crate::gpu::pool::PooledBuffer;
 use crate::gpu::recording::{Read, ReadResults, Recording, Source};
+use crate::instructions::level;
+use fearless_simd::dispatch;
+use rayon::prelude::*;
 
 pub const LABEL: &str = "packed image";
 
 /// Pixels of a word.
 const PER_WORD: usize = 4;
+
+/// Pixels that are unpacked at once.
+const BLOCK: usize = 256;
+
+/// Below so many, another thread takes longer to wake.
+const BLOCKS_OF_THREAD: usize = 1024;
 
 /// Bits of the NaN that the shaders write.
 const NO_SURFACE: u32 = 0x7fc0_0000;
@@ -52,15 +61,25 @@ impl ImageRead {
     }
 }
 
+/// On several threads, since the image may be larger than what was read.
 fn unpacked(words: &[u32], pixels: usize) -> Vec<f32> {
-    let bytes: &[u8] = &bytemuck::cast_slice(words)[..pixels];
-    // Without branches, so that the compiler takes lanes.
+    let bytes: &[u8] = bytemuck::cast_slice(words);
+    let blocks = bytes.par_chunks(BLOCK).with_min_len(BLOCKS_OF_THREAD);
+    let floats = blocks.map(|bytes| dispatch!(level(), _simd => floats_of(bytes)));
+    let mut image = floats.collect::<Vec<_>>().into_flattened();
+    image.truncate(pixels);
+    image
+}
+
+/// Without branches, so that the compiler finds the lanes.
+#[inline(always)]
+fn floats_of(bytes: &[u8]) -> [f32; BLOCK] {
     let mask = |is: bool| u32::from(is).wrapping_neg();
-    let bits = |&byte: &u8| mask(byte == 1) & 1.0_f32.to_bits() | mask(byte == 2) & NO_SURFACE;
-    bytes
-        .iter()
-        .map(|byte| f32::from_bits(bits(byte)))
-        .collect()
+    let mut floats = [0.0; BLOCK];
+    for (float, &byte) in floats.iter_mut().zip(bytes) {
+        *float = f32::from_bits(mask(byte == 1) & 1.0_f32.to_bits() | mask(byte == 2) & NO_SURFACE);
+    }
+    floats
 }
 
 #[cfg(test)]
