@@ -1,6 +1,6 @@
 //! Bind groups that are kept from one frame to the next, which binds mostly the same buffers at the same places.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// What is bound: a handle, equal only to other handles of the same thing.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -41,8 +41,8 @@ type Key = (wgpu::BindGroupLayout, Vec<(u32, Bound)>);
 /// A frame's bind groups. They hold on to what they bind, and so no more are kept than one frame used.
 #[derive(Default)]
 pub struct BindGroups {
-    of_last: HashMap<Key, wgpu::BindGroup>,
-    of_this: HashMap<Key, wgpu::BindGroup>,
+    of_last: FxHashMap<Key, wgpu::BindGroup>,
+    of_this: FxHashMap<Key, wgpu::BindGroup>,
 }
 
 impl BindGroups {

@@ -9,6 +9,7 @@ use super::pool::Pool;
 use super::shaders::Shader;
 use crate::error::{Error, Result};
 use crate::lock::lock;
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
@@ -26,8 +27,8 @@ pub struct Gpu {
     /// Set by the first draw on a CPU driver: llvmpipe's timestamps are of no use from then on, since it puts
     /// them off to where it draws.
     times_by_clock: AtomicBool,
-    pipelines: Mutex<HashMap<PipelineKey, (wgpu::ComputePipeline, wgpu::BindGroupLayout)>>,
-    render_pipelines: Mutex<HashMap<PipelineKey, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>>,
+    pipelines: Mutex<FxHashMap<PipelineKey, (wgpu::ComputePipeline, wgpu::BindGroupLayout)>>,
+    render_pipelines: Mutex<FxHashMap<PipelineKey, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>>,
     /// Of frames before, which are done with them.
     query_sets: Mutex<Vec<wgpu::QuerySet>>,
     /// Of the frame that ended last.

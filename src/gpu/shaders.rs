@@ -170,7 +170,8 @@ fn is_in(file: &str, folder: &str) -> bool {
 /// The file of that name in a folder.
 pub fn file_of(folder: &str, name: &str) -> &'static str {
     let mut files = FILES.iter().map(|(file, _)| *file);
-    let found = files.find(|file| file.rsplit_once('/') == Some((folder, name)));
+    let in_folder = |file: &&'static str| file.strip_prefix(folder)?.strip_prefix('/');
+    let found = files.find(|file| in_folder(file) == Some(name));
     found.unwrap_or_else(|| panic!("no shader file {name} in {folder}"))
 }
 
