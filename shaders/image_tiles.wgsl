@@ -90,7 +90,7 @@ fn meets_region(receivers: Receivers, first: vec2<u32>, depths: vec2<f32>) -> bo
     let low = vec2<f32>(first) - receivers.centre;
     let high = vec2<f32>(end) - receivers.centre;
     var meets = true;
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < 5u; i += 1u) {
         let plane = receivers.region[i];
         // How fast each corner's ray leaves the plane.
         let along_x = dot(plane.xyz, receivers.ray_x) * vec4<f32>(low.x, high.x, low.x, high.x);

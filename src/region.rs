@@ -9,12 +9,30 @@ pub struct HalfSpace {
     pub normal: DVec3,
 }
 
-/// At most this many half-spaces: the sides of a pyramid.
-pub const MAX_HALF_SPACES: usize = 4;
+/// At most this many half-spaces: the sides of a pyramid, and one that parts it.
+pub const MAX_HALF_SPACES: usize = 5;
 
 /// Where some half-spaces meet; everywhere, if there are none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region(Vec<HalfSpace>);
+
+impl HalfSpace {
+    /// Where a function `(n, d)` of homogeneous points is not negative; `None` where it is the same everywhere.
+    pub fn of_function(function: DVec4) -> Option<Self> {
+        let length = function.truncate().length();
+        let normal = function.truncate() / length;
+        let origin = -normal * (function.w / length);
+        origin.is_finite().then_some(Self { origin, normal })
+    }
+
+    /// The other side of its border.
+    pub fn opposite(self) -> Self {
+        Self {
+            normal: -self.normal,
+            ..self
+        }
+    }
+}
 
 impl Region {
     pub const EVERYWHERE: Self = Self(Vec::new());
@@ -38,6 +56,11 @@ impl Region {
         self.0
             .iter()
             .all(|half| half.normal.dot(point - half.origin) >= 0.0)
+    }
+
+    /// The part of it that is in a half-space, too.
+    pub fn with(&self, half: HalfSpace) -> Self {
+        Self::new(self.0.iter().copied().chain([half]).collect())
     }
 
     /// The greatest distance of its half-spaces' origins from a point.

@@ -236,7 +236,7 @@ def test_matrices_that_are_none_of_the_lights_are_named(matrix, light, words, en
         (lambda: lx.LightMatrix(EYE, regions=3), TypeError, "regions must be for each layer"),
         (lambda: lx.LightMatrix(EYE, regions=[]), ValueError, "as many as matrices, 1, got 0"),
         (lambda: lx.LightMatrix(EYE, regions=[[[0, 0, 0, 1]]]), ValueError, "not all 0"),
-        (lambda: lx.LightMatrix(EYE, regions=[np.ones((5, 4))]), ValueError, "up to 4 finite"),
+        (lambda: lx.LightMatrix(EYE, regions=[np.ones((6, 4))]), ValueError, "up to 5 finite"),
         (lambda: lx.LightMatrix(EYE, regions=[np.ones((2, 3))]), ValueError, "got shape [2, 3]"),
         (lambda: lx.LightMatrix(EYE, resolution=0), ValueError, "resolution must be a whole"),
         (lambda: lx.RectilinearWarp(fit=EYE), TypeError, "or a lixel.LightMatrix, got"),

@@ -58,11 +58,22 @@ def test_references_of_hard_views_are_more_than_ties():
 def test_a_wrong_picture_is_beyond_every_bound(view):
     truth = lx.reference(*view)
     frame = lx.render(*view, lx.DesiredView(resolution=hard_views.RESOLUTION))
-    inside = stress.explained(frame, truth)
+    scene, camera, light = view
+    finer = camera.resized(stress.FINER * camera.width, stress.FINER * camera.height)
+    inside = stress.explained(frame, truth, lx.reference(scene, finer, light))
     assert 0 < inside.sum() < 0.7 * truth.covered.sum()
     for lit in (0.0, 1.0):
         flat = np.where(truth.covered, np.float32(lit), np.nan)
         assert (lx.compare(flat, truth).misclassified & ~inside).sum() > 10
+
+
+def test_what_is_thinner_than_a_pixel_has_an_edge():
+    """No pixel's middle is in the shadow of this needle."""
+    case = next(case for case in CASES if case.name == "needles, point light")
+    (method,) = hard_views.methods_for(case, ["scene_optimized"])
+    row = stress.evaluate(case, method)
+    assert row["misclassified"] > 0
+    assert row["beyond"] == 0
 
 
 def test_scene_optimized_layer_that_no_sample_needs_is_lit():

@@ -22,7 +22,7 @@ struct Receivers {
     cone_axis: vec3<f32>,       // the light reaches directions within its cone
     cone_cosine: f32,
     // Which receivers the layer is for: half-spaces, (normal, offset), in world axes relative to the eye.
-    region: array<vec4<f32>, 4>,
+    region: array<vec4<f32>, 5>,
     beam_bias: f32,             // world units per growth of a texel's beam
     receiver_plane: f32,        // 1: compare with the receiver's plane on the texel's ray, 0: with the receiver
     filter_radius: f32,         // of percentage closer filtering: texels of the warped map, or world units
@@ -136,7 +136,8 @@ fn load_receiver(receivers: Receivers, column: u32, row: u32) -> Receiver {
                 dot(receivers.region[2], point),
                 dot(receivers.region[3], point),
             );
-            receiver.faces_light = receiver.faces_light && all(sides >= vec4<f32>(0.0));
+            let is_inside = all(sides >= vec4<f32>(0.0)) && dot(receivers.region[4], point) >= 0.0;
+            receiver.faces_light = receiver.faces_light && is_inside;
         }
         let q = vec4<f32>(xy * image_width_at(z), z, 1.0);
         receiver.q = vec3<f32>(dot(receivers.light_x, q), dot(receivers.light_y, q), dot(receivers.light_z, q));

@@ -13,7 +13,7 @@ pub struct Hull {
 
 /// No optical axis may stretch one side of the map more than this against the other: float32 could
 /// not follow.
-const MAX_STRETCH: f64 = 1e5;
+pub const MAX_STRETCH: f64 = 1e5;
 
 impl Hull {
     /// `None` where there is no ray, or one is behind the plane of the axis.

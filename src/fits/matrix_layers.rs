@@ -52,6 +52,17 @@ impl Part {
             samples,
         }
     }
+
+    /// The part of some of its samples; `None` of none.
+    pub fn chosen(&self, is_chosen: impl Fn(&DVec3) -> bool) -> Option<Self> {
+        let points = self.subject.points.iter().zip(&self.samples);
+        let (points, samples) = points.filter(|(point, _)| is_chosen(point)).unzip();
+        Some(Self {
+            subject: self.subject.with_points(points)?,
+            region: self.region.clone(),
+            samples,
+        })
+    }
 }
 
 /// The parts of some of the samples, one map each: one part for parallel rays, for a light far away and for one that has
@@ -264,6 +275,7 @@ mod tests {
     use crate::fits::lispsm::light_space_perspective;
     use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
     use crate::fits::psm::perspective;
+    use crate::fits::samples::SurfaceInLight;
     use crate::fits::source::Source;
     use crate::fits::trapezoid::{FocusRule, trapezoidal};
     use glam::DMat4;
@@ -367,8 +379,9 @@ mod tests {
         let camera = camera();
         for light in lights() {
             let subject = Subject::new(light, floor(&camera)).unwrap();
-            let normals = vec![DVec3::Y; subject.points.len()];
-            let plane = dominant_plane(&subject.points, &normals).unwrap();
+            let points = subject.points.iter();
+            let surfaces: Vec<_> = points.map(|p| surface(*p, DVec3::Y, 0.5)).collect();
+            let plane = dominant_plane(&surfaces).unwrap();
             let matrix = plane_optimal(&subject, &camera, plane, Extent::Receivers, FRAME).unwrap();
             let badness: Vec<_> = samples(&subject, &camera)
                 .iter()
@@ -384,16 +397,28 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_plane_of_most_points_is_found() {
-        let mut points = floor(&camera());
-        let mut normals = vec![DVec3::Y; points.len()];
-        for i in 0..points.len() / 3 {
-            points.insert(i * 2, DVec3::new(i as f64 * 0.01, 3.0, -4.0));
-            normals.insert(i * 2, DVec3::Z);
+    fn surface(point: DVec3, normal: DVec3, share: f64) -> SurfaceInLight {
+        SurfaceInLight {
+            point,
+            normal,
+            share,
         }
-        let plane = dominant_plane(&points, &normals).unwrap();
-        assert!((plane / plane.y - DVec4::Y).length() < 1e-9, "{plane}");
+    }
+
+    #[test]
+    fn the_plane_of_most_light_is_found() {
+        // A wall with a third of the floor's points.
+        for (floor_share, expected) in [(1.0, DVec3::Y), (0.5, DVec3::Y), (0.1, DVec3::Z)] {
+            let points = floor(&camera()).into_iter();
+            let mut surfaces: Vec<_> = points.map(|p| surface(p, DVec3::Y, floor_share)).collect();
+            for i in 0..surfaces.len() / 3 {
+                let point = DVec3::new(i as f64 * 0.01, 3.0, -4.0);
+                surfaces.insert(i * 2, surface(point, DVec3::Z, 1.0));
+            }
+            let plane = dominant_plane(&surfaces).unwrap();
+            assert_eq!(plane.function.truncate(), expected);
+        }
+        assert_eq!(dominant_plane(&[]), None);
     }
 
     #[test]
@@ -407,8 +432,9 @@ mod tests {
         let subject = Subject::new(along(camera.forward), floor(&camera)).unwrap();
         assert_eq!(light_space_perspective(&subject, &camera, FRAME), None);
         let subject = Subject::new(along(DVec3::X), floor(&camera)).unwrap();
+        let plane = dominant_plane(&[surface(DVec3::ZERO, DVec3::Y, 1.0)]).unwrap();
         assert_eq!(
-            plane_optimal(&subject, &camera, DVec4::Y, Extent::Frustum, FRAME),
+            plane_optimal(&subject, &camera, plane, Extent::Frustum, FRAME),
             None
         );
     }

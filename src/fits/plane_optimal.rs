@@ -4,29 +4,56 @@
 //! shadow_from_world = focus * image * onto_plane
 //! ```
 //!
-//! Hamilton Y. Chong, Steven J. Gortler. A lixel for every pixel. Eurographics Symposium on Rendering 2004.
+//! Hamilton Y. Chong, Steven J. Gortler. A lixel for every pixel. Eurographics Symposium on Rendering 2004. One such map
+//! cannot hold all that is seen (Chong and Gortler, TR-07-07, section 1: "requiring division into smaller sub-frusta").
 
-use super::hull::{Hull, MapFrame};
+use super::hull::{MAX_STRETCH, MapFrame};
+use super::layer::Layer;
 use super::light_matrix::{LightMatrix, product};
-use super::matrix_layers::Extent;
-use super::psm::{MAX_PERSPECTIVE, from_rows};
+use super::light_rays::RayBundle;
+use super::matrix_layers::{Extent, Part, Target, matrix_layers, parts_of_target};
+use super::psm::from_rows;
+use super::receivers::ReceiverQueries;
+use super::samples::SurfaceInLight;
 use super::subject::Subject;
 use crate::camera::Camera;
+use crate::error::Result;
 use crate::geometry::bounds_of;
+use crate::region::HalfSpace;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
-/// The plane, as a function of homogeneous points, that most points of surfaces lie in.
-pub fn dominant_plane(points: &[DVec3], normals: &[DVec3]) -> Option<DVec4> {
-    let step = points.len().div_ceil(CANDIDATES).max(1);
-    let (low, high) = bounds_of(points.iter().copied());
+/// A plane that surfaces lie in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Of homogeneous points.
+    pub function: DVec4,
+    /// How far from it a point is still in it.
+    tolerance: f64,
+}
+
+impl Plane {
+    fn holds(&self, point: DVec3) -> bool {
+        self.function.dot(point.extend(1.0)).abs() <= self.tolerance
+    }
+}
+
+/// The plane that most light falls on. One that the sun sees edge-on may have most of the pixels, but no map that is
+/// even on it has room for anything else.
+pub fn dominant_plane(surfaces: &[SurfaceInLight]) -> Option<Plane> {
+    let step = surfaces.len().div_ceil(CANDIDATES).max(1);
+    let (low, high) = bounds_of(surfaces.iter().map(|surface| surface.point));
     let tolerance = 1e-3 * (high - low).length();
-    let candidates = points.iter().zip(normals).step_by(step);
-    let votes = candidates.map(|(point, normal)| {
-        let plane = normal.extend(-normal.dot(*point));
-        let agree = |(p, n): &(&DVec3, &DVec3)| {
-            n.dot(*normal).abs() > 0.999 && plane.dot(p.extend(1.0)).abs() <= tolerance
+    let votes = surfaces.iter().step_by(step).map(|candidate| {
+        let normal = candidate.normal;
+        let plane = Plane {
+            function: normal.extend(-normal.dot(candidate.point)),
+            tolerance,
         };
-        (points.iter().zip(normals).filter(agree).count(), plane)
+        let agrees = |surface: &&SurfaceInLight| {
+            surface.normal.dot(normal).abs() > 0.999 && plane.holds(surface.point)
+        };
+        let light: f64 = surfaces.iter().filter(agrees).map(|s| s.share).sum();
+        (light, plane)
     });
     // The first of those with most votes.
     let best = votes.reduce(|best, other| if other.0 > best.0 { other } else { best });
@@ -36,18 +63,95 @@ pub fn dominant_plane(points: &[DVec3], normals: &[DVec3]) -> Option<DVec4> {
 /// Planes that stand for election.
 const CANDIDATES: usize = 128;
 
-/// `None` where the light shines along the plane.
+/// The farthest shadow on the plane is at most so many times as far as the nearest that the map is for.
+const MAX_DEPTHS: f64 = 1e3;
+
+/// Layers that are even on the plane. Of the receivers, those that have no place in such a map have a focused one.
+pub fn plane_layers(
+    receivers: &mut dyn ReceiverQueries<'_>,
+    target: Target,
+    plane: Plane,
+) -> Result<Vec<Layer>> {
+    let (setting, frame) = (receivers.setting(), target.frame);
+    let mut parts = parts_of_target(receivers, target)?;
+    if target.extent == Extent::Receivers {
+        let split = |part| split_by_place(part, setting.camera, plane);
+        parts = parts.into_iter().flat_map(split).collect();
+    }
+    Ok(matrix_layers(setting, parts, frame.size, |part| {
+        let subject = &part.subject;
+        plane_optimal(subject, setting.camera, plane, target.extent, frame)
+            .or_else(|| subject.focused(frame))
+    }))
+}
+
+/// `None` where the light shines along the plane, where no point is in it, and where the light moves some behind the
+/// camera's plane on their way to it.
 pub fn plane_optimal(
     subject: &Subject,
     camera: &Camera,
-    plane: DVec4,
+    plane: Plane,
     extent: Extent,
     frame: MapFrame,
 ) -> Option<LightMatrix> {
-    let rays = &subject.rays;
-    let light = rays.light;
+    let map = even_map(&subject.rays, camera, plane)?;
+    match extent {
+        Extent::Frustum => Some(focus_on_image(map, camera, frame)),
+        Extent::Receivers => {
+            subject.points.iter().find(|point| plane.holds(**point))?;
+            subject.hull.boxed(map, frame)
+        }
+    }
+}
+
+/// Points that have a place in a map that is even on the plane, and the others, where there are any.
+fn split_by_place(part: Part, camera: &Camera, plane: Plane) -> Vec<Part> {
+    let Some((row, border)) = border_of_places(&part.subject, camera, plane) else {
+        return vec![part];
+    };
+    let rays = &part.subject.rays;
+    let is_held = |point: &DVec3| row.dot(rays.ray_from_point(*point)) >= 0.0;
+    let sides = [(true, border), (false, border.opposite())];
+    let parts = sides.map(|(held, side)| {
+        part.chosen(|point| is_held(point) == held)
+            .map(|chosen| Part {
+                region: part.region.with(side),
+                ..chosen
+            })
+    });
+    match parts {
+        [Some(held), Some(others)] => vec![held, others],
+        _ => vec![part],
+    }
+}
+
+/// Where the depth of a point's shadow on the plane is that of the nearest point that is in the plane, nearly: what is
+/// nearer would be as large as all that the map is for. A row over rays, and the same in the world.
+fn border_of_places(
+    subject: &Subject,
+    camera: &Camera,
+    plane: Plane,
+) -> Option<(DVec3, HalfSpace)> {
+    let map = even_map(&subject.rays, camera, plane)?;
+    let depth = |point: &DVec3| {
+        let ray = subject.rays.ray_from_point(*point);
+        map.w.dot(ray) / ray.z
+    };
+    let in_plane = subject.points.iter().filter(|point| plane.holds(**point));
+    let nearest = in_plane.map(depth).reduce(f64::min)?;
+    let farthest = subject.points.iter().map(depth).fold(0.0, f64::max);
+    // Pixels between the samples may be nearer.
+    let least = (0.5 * nearest).max(farthest / MAX_DEPTHS);
+    let row = map.w - least * DVec3::Z;
+    let [function, ..] = subject.rays.world_rows([row; 3]);
+    HalfSpace::of_function(function).map(|border| (row, border))
+}
+
+/// The map before it is focused: its depths are those of the shadows on the plane.
+fn even_map(rays: &RayBundle, camera: &Camera, plane: Plane) -> Option<LightMatrix> {
+    let (plane, light) = (plane.function, rays.light);
     let height = plane.dot(light);
-    if height.abs() < 1e-6 * light.length() * plane.truncate().length() {
+    if height.abs() * MAX_STRETCH < light.length() * plane.truncate().length() {
         return None;
     }
     let [column, row, width] = camera.rows_of_centred_image();
@@ -55,11 +159,7 @@ pub fn plane_optimal(
     let shadow_from_world = after_shadow_on(plane, light, image);
     let [x, y, w] = rays.map_from_ray(shadow_from_world);
     let [x, y, w] = [x, y, w].map(|row| row / w.length());
-    let map = LightMatrix { x, y, w };
-    match extent {
-        Extent::Frustum => Some(focus_on_image(map, camera, frame)),
-        Extent::Receivers => focus_on_points(map, subject, frame),
-    }
+    Some(LightMatrix { x, y, w })
 }
 
 /// `image * onto_plane`: a point X goes to where the line from the light L through X meets the plane P,
@@ -84,18 +184,4 @@ fn focus_on_image(map: LightMatrix, camera: &Camera, frame: MapFrame) -> LightMa
     // So many texels for a pixel.
     let scale = DMat3::from_diagonal((frame.size.texels() / image).extend(1.0));
     product([scale, shift, map.matrix()]).into()
-}
-
-/// `focus * map`: the map ends where the points do. What lies behind the camera's plane once it is moved along the
-/// rays has no place.
-fn focus_on_points(map: LightMatrix, subject: &Subject, frame: MapFrame) -> Option<LightMatrix> {
-    let points = subject.points.iter();
-    let rays = points.map(|point| subject.rays.ray_from_point(*point));
-    let depths: Vec<_> = rays.map(|ray| (map.w.dot(ray) / ray.z, ray)).collect();
-    let greatest = depths.iter().map(|(depth, _)| *depth).fold(0.0, f64::max);
-    let held = depths
-        .iter()
-        .filter(|(depth, _)| depth * MAX_PERSPECTIVE > greatest);
-    let hull = Hull::new(DVec3::Z, held.map(|(_, ray)| *ray))?;
-    hull.boxed(map, frame)
 }

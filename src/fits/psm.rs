@@ -15,8 +15,9 @@ use glam::{DMat4, DVec3, DVec4};
 /// Steps back of the virtual camera that are tried, in depths of the view: the first that holds all.
 const STEPS_BACK: [f64; 7] = [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 
-/// No side of the map is stretched more than this against the other.
-pub const MAX_PERSPECTIVE: f64 = 1e3;
+/// No side of the map is stretched more than this against the other: where the light shines along the view nearly, one
+/// side would have all the texels.
+const MAX_PERSPECTIVE: f64 = 100.0;
 
 /// The virtual camera stands back where the light would not have all in front (section 4). `None` where no step back
 /// is enough.

@@ -9,6 +9,15 @@ use glam::DVec3;
 /// Second difference of one over the depth, as a share of it, that still is smooth.
 const MAX_BEND: f64 = 0.02;
 
+/// Where a sample meets a surface that faces the light.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceInLight {
+    pub point: DVec3,
+    pub normal: DVec3,
+    /// Of the light that it would have, were it turned to the light: the cosine of the angle between them.
+    pub share: f64,
+}
+
 /// Some pixels of the image, seen by the CPU: rows of a coarse camera's image.
 pub struct SampledReceivers {
     pub camera: Camera,
@@ -44,10 +53,15 @@ impl SampledReceivers {
         }
     }
 
-    /// Points and normals of those that see a surface.
-    pub fn seen(&self) -> (Vec<DVec3>, Vec<DVec3>) {
-        let samples = self.points.iter().zip(&self.normals);
-        samples.filter(|(point, _)| !point.is_nan()).unzip()
+    /// Those that the light could reach, as pieces of surface.
+    pub fn surfaces_in_light(&self, light: &Light) -> Vec<SurfaceInLight> {
+        let facing = self.facing_the_light().into_iter();
+        let surface = |i: usize| SurfaceInLight {
+            point: self.points[i],
+            normal: self.normals[i],
+            share: self.normals[i].dot(light.vector_from_point(self.points[i]).normalize()),
+        };
+        facing.map(surface).collect()
     }
 
     /// Indices of the samples that the light could reach.
@@ -100,10 +114,13 @@ impl SampledReceivers {
     }
 }
 
-/// Of samples of about `resolution` pixels along the longer side of the image: pixels from one to the next.
+/// Of samples of about `resolution` pixels along the longer side of the image: pixels from one to the next. An image
+/// that is narrower than 16 to 9 has as many samples as that one: of few columns none may see what the others see.
 pub fn stride(camera: &Camera, resolution: u32) -> u32 {
-    let side = camera.width.max(camera.height);
-    ((side + resolution / 2) / resolution).max(1)
+    let [width, height] = [camera.width, camera.height].map(f64::from);
+    let side_of_wide = (16.0 / 9.0 * width * height).sqrt();
+    let side = width.max(height).min(side_of_wide);
+    (side / f64::from(resolution)).round().max(1.0) as u32
 }
 
 /// The first of the samples lies in the middle of its block, or in a smaller image.
@@ -128,6 +145,21 @@ pub fn coarse_camera(camera: &Camera, stride: u32) -> Camera {
 mod tests {
     use super::*;
     use glam::{DMat4, DVec2};
+
+    #[test]
+    fn narrow_images_have_as_many_samples_as_others() {
+        let stride_of = |width, height| {
+            let lens = (DVec2::splat(900.0), DVec2::ZERO);
+            let size = (width, height);
+            let camera = Camera::new(DMat4::IDENTITY, lens.0, lens.1, size, (0.1, 9.0)).unwrap();
+            stride(&camera, 180)
+        };
+        assert_eq!(stride_of(1920, 1080), 11);
+        assert_eq!(stride_of(1024, 1024), 6);
+        assert_eq!(stride_of(320, 180), 2);
+        assert_eq!(stride_of(3, 500), 1);
+        assert_eq!(stride_of(40, 8000), 4);
+    }
 
     #[test]
     fn coarse_pixels_have_the_rays_of_fine_ones() {

@@ -69,6 +69,11 @@ impl Subject {
         Self::with_rays(rays, points)
     }
 
+    /// The same rays with other points.
+    pub fn with_points(&self, points: Vec<DVec3>) -> Option<Self> {
+        Self::with_rays(self.rays.clone(), points)
+    }
+
     fn with_rays(rays: RayBundle, points: Vec<DVec3>) -> Option<Self> {
         let hull = Hull::new(DVec3::Z, points.iter().map(|&p| rays.ray_from_point(p)))?;
         Some(Self { rays, points, hull })

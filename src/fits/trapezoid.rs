@@ -9,7 +9,6 @@
 
 use super::hull::MapFrame;
 use super::light_matrix::{LightMatrix, product, rows};
-use super::psm::MAX_PERSPECTIVE;
 use super::subject::Subject;
 use super::view_across::{ViewAcross, place};
 use crate::camera::{Camera, Rays};
@@ -28,6 +27,9 @@ pub struct FocusRule {
 /// The view covers this share of the trapezoid's length, or the rule fades: the rest is what the light sees of the
 /// frustum's width, which has no nearer part.
 const FULL_SHARE: f64 = 0.5;
+
+/// However small the focus: the top line is at most so many times as large as it was.
+const MAX_PERSPECTIVE: f64 = 1e3;
 
 impl FocusRule {
     /// The perspective of a trapezoid of length 1, one over the distance of its apex from the top line: such that the

@@ -1,4 +1,4 @@
-//! Plane optimal: on the plane that most receivers lie in, each texel is a pixel.
+//! Plane optimal: on the plane that most light falls on, each texel is a pixel.
 //!
 //! A point's place in the map is where its shadow on the plane is in the image.
 //!
@@ -7,12 +7,12 @@
 //!
 //! Parameters: those of every map, and `fit`, `sample_resolution`, `margin`.
 //!
-//! Limits: off the plane texels may be of any size, and what the light moves behind the camera's
-//! plane on its way to that plane has none: it counts as lit.
+//! Limits: off the plane texels may be of any size. What the light moves to before the nearest point of the plane that is
+//! seen, or behind the camera, has no place in such a map: it has a focused map of its own with `fit="receivers"`, and
+//! counts as lit with `fit="frustum"`, as published.
 
 use super::prelude::*;
-use crate::fits::matrix_layers::fit_light_matrices;
-use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
+use crate::fits::plane_optimal::{dominant_plane, plane_layers};
 
 parameters! {
     pub struct PlaneOptimal {
@@ -36,13 +36,11 @@ impl ShadowMethod for PlaneOptimal {
 impl PlaneOptimal {
     /// The layers; none where nothing is seen, or nothing faces the light.
     pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
-        let (camera, target) = (view.setting().camera, self.fitting.target(size));
-        let (points, normals) = view.samples(target.sample_resolution)?.seen();
-        match dominant_plane(&points, &normals) {
+        let (light, target) = (view.setting().light, self.fitting.target(size));
+        let samples = view.samples(target.sample_resolution)?;
+        match dominant_plane(&samples.surfaces_in_light(light)) {
             None => Ok(vec![]),
-            Some(plane) => fit_light_matrices(view, target, |subject| {
-                plane_optimal(subject, camera, plane, target.extent, target.frame)
-            }),
+            Some(plane) => plane_layers(view, target, plane),
         }
     }
 }

@@ -39,7 +39,7 @@ class LightMatrix(ShadowMapMethod):
     matrix : (4, 4) or (layers, 4, 4) array
         One for each layer. `LightMatrix.of` takes those of a frame.
     regions : sequence, optional
-        For each layer up to 4 planes (a, b, c, d): it is for the receivers with a x + b y + c z + d
+        For each layer up to 5 planes (a, b, c, d): it is for the receivers with a x + b y + c z + d
         >= 0. Where regions overlap, either layer may answer. None: what lies in the layer's map,
         and everything where there is but one layer.
 

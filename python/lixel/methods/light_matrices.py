@@ -243,7 +243,7 @@ class PerspectiveShadowMap(LightMatrixMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneOptimal(LightMatrixMethod):
-    """A map in which the texels on one plane, that of most receivers, are the pixels.
+    """A map in which the texels on one plane, that of most light, are the pixels.
 
     A point p has the place in the map that its shadow on the plane :math:`\\pi` has in the image:
 
@@ -251,8 +251,12 @@ class PlaneOptimal(LightMatrixMethod):
 
     with C the camera's projective map and L the light, homogeneous.
 
-    Limits: off the plane texels may have any size. A point whose shadow on the plane lies behind
-    the camera has no place in the map, and counts as lit.
+    Of the planes that are seen, it is the one that most light falls on.
+
+    Limits: off the plane texels may have any size. A point has no place in the map where its shadow
+    on the plane lies behind the camera, or before what is seen of the plane. Such points have a
+    second map, focused on them, with ``fit="receivers"``; with ``fit="frustum"``, as published,
+    they count as lit.
 
     Parameters
     ----------
