@@ -248,21 +248,26 @@ fn has_area([a, b, c]: [DVec3; 3]) -> bool {
 
 /// Unit normal by the right-hand rule, zero where the area is zero.
 pub fn unit_normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
-    // The two shortest edges give the least rounding; scaled, so that no square underflows.
+    // The two shortest edges give the least rounding.
     let edges = [b - a, c - b, a - c];
-    let longest = (0..3)
-        .max_by(|&i, &j| {
-            edges[i]
-                .length_squared()
-                .total_cmp(&edges[j].length_squared())
-        })
-        .expect("three edges");
-    let (first, second) = (edges[(longest + 1) % 3], edges[(longest + 2) % 3]);
-    let scale = |e: DVec3| {
-        let largest = e.abs().max_element();
-        if largest > 0.0 { e / largest } else { e }
+    let [ab, bc, ca] = edges.map(DVec3::length_squared);
+    let (first, second) = if ca >= ab && ca >= bc {
+        (edges[0], edges[1])
+    } else if bc >= ab {
+        (edges[2], edges[0])
+    } else {
+        (edges[1], edges[2])
     };
-    scale(first).cross(scale(second)).normalize_or_zero()
+    let normal = of_size_one(first).cross(of_size_one(second));
+    normal.normalize_or_zero()
+}
+
+/// The vector times a power of two that takes its largest part to between 1 and 2, so that no square underflows.
+fn of_size_one(v: DVec3) -> DVec3 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    // Biased: the product has the bias alone.
+    let exponent = v.abs().max_element().to_bits() & EXPONENT;
+    v * f64::from_bits((2046 << 52) - exponent)
 }
 
 #[cfg(test)]

@@ -128,13 +128,34 @@ impl View {
 
     /// The same even where the light lies in the triangle's plane, which is asked for last: it takes longest.
     pub fn nearness_even_edge_on(&self, scene: &Scene, place: DVec2, triangle: u32) -> Option<f64> {
-        let planes = Planes::even_edge_on(self, scene, triangle, place)?;
+        let corners = self.corners_from(scene, place, triangle);
+        let (first, volume) = first_edge(corners)?;
+        let [a, b, c] = corners.each(|corner| corner.place);
+        // The third coordinates of the edges of `Planes`: most places are outside.
+        let across = |from: DVec3, to: DVec3| from.x * to.y - to.x * from.y;
+        let edges = [first.z, across(c, a), across(a, b)];
+        let inside = edges.each(|edge| edge * volume.signum());
+        if !inside.iter().all(|edge| *edge >= 0.0) {
+            return None;
+        }
+        let [at_a, at_b, at_c] = [0, 1, 2].each(|i| edges[i] * corners[i].nearness);
+        let nearness = (at_a + at_b + at_c) / volume;
         let (far, near) = self.seen;
-        let nearness = planes.nearness.z;
-        let is_inside = planes.edges.iter().all(|edge| edge.z >= 0.0);
-        let is_met = is_inside && far < nearness && nearness < near;
-        let is_seen = is_met && scene.is_solid(triangle, planes.edges.each(|edge| edge.z));
-        is_seen.then_some(nearness)
+        let is_met = far < nearness && nearness < near;
+        (is_met && scene.is_solid(triangle, inside)).then_some(nearness)
+    }
+
+    /// The corners of a triangle, their columns and rows from a place on.
+    fn corners_from(&self, scene: &Scene, origin: DVec2, triangle: u32) -> [Homogeneous; 3] {
+        scene.corners(triangle).each(|corner| {
+            let Homogeneous { place, nearness } = self.homogeneous(corner);
+            let place = DVec3::new(
+                place.x - origin.x * place.z,
+                place.y - origin.y * place.z,
+                place.z,
+            );
+            Homogeneous { place, nearness }
+        })
     }
 
     /// The same for the plane of a triangle that is not seen edge-on.
@@ -175,6 +196,14 @@ pub struct Planes {
     pub nearness: DVec3,
 }
 
+/// The edge across from the first corner, and the volume that the corners span with the origin; `None` where that is zero.
+fn first_edge(corners: [Homogeneous; 3]) -> Option<(DVec3, f64)> {
+    let [a, b, c] = corners.each(|corner| corner.place);
+    let edge = b.cross(c);
+    let volume = a.dot(edge);
+    (volume != 0.0).then_some((edge, volume))
+}
+
 impl Planes {
     /// `None` where the triangle is seen edge-on.
     pub fn new(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
@@ -188,21 +217,10 @@ impl Planes {
     /// through the origin and two corners (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
     /// 1997).
     pub fn even_edge_on(view: &View, scene: &Scene, triangle: u32, origin: DVec2) -> Option<Self> {
-        let corners = scene
-            .corners(triangle)
-            .each(|corner| view.homogeneous(corner));
-        let [a, b, c] = corners.each(|Homogeneous { place, .. }| {
-            DVec3::new(
-                place.x - origin.x * place.z,
-                place.y - origin.y * place.z,
-                place.z,
-            )
-        });
-        let edges = [b.cross(c), c.cross(a), a.cross(b)];
-        let volume = a.dot(edges[0]);
-        if volume == 0.0 {
-            return None;
-        }
+        let corners = view.corners_from(scene, origin, triangle);
+        let (first, volume) = first_edge(corners)?;
+        let [a, b, c] = corners.each(|corner| corner.place);
+        let edges = [first, c.cross(a), a.cross(b)];
         let nearness = edges[0] * corners[0].nearness
             + edges[1] * corners[1].nearness
             + edges[2] * corners[2].nearness;
