@@ -26,8 +26,7 @@ LOOKUPS: dict[str, dict[str, object]] = {
     "pcf": {"lookup": lx.Pcf(radius=2.0, samples=16)},
     "soft": {"lookup": lx.Pcf(radius=0.05, samples=16, space="unwarped")},
 }
-# A map that is even on a plane along the rays has no room for what is beside it.
-OF_DIRECTIONAL = tuple(name for name in lx.methods.MAP_METHODS if name != "plane_optimal")
+OF_DIRECTIONAL = lx.methods.MAP_METHODS
 OF_POINT = (
     "cube",
     "dual_paraboloid",

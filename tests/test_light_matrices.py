@@ -75,6 +75,45 @@ def test_the_aliasing_error_is_the_footprint_of_a_texel(method, light, objects):
     assert np.mean(np.abs(ratio - 1) < 0.05) > 0.95
 
 
+def test_receivers_without_a_place_on_the_plane_have_a_map_of_their_own():
+    """The light moves them behind the camera, or far before what is seen of the plane."""
+    scene = lx.scenes.colonnade()
+    view = (
+        scene,
+        scene.cameras["default"].resized(240, 135),
+        lx.DirectionalLight((0.5, -0.3, 0.4)),
+    )
+    truth = lx.reference(*view)
+    frames = {
+        fit: lx.render(*view, lx.PlaneOptimal(resolution=512, fit=fit))
+        for fit in ("receivers", "frustum")
+    }
+    assert len(frames["receivers"].light_matrix) == 2
+    assert len(frames["frustum"].light_matrix) == 1
+    wrong = {fit: lx.compare(frame, truth) for fit, frame in frames.items()}
+    focused = lx.compare(lx.render(*view, lx.Focused(resolution=512)), truth)
+    assert wrong["receivers"].misclassified_count < focused.misclassified_count
+    assert wrong["frustum"].false_lit_count > wrong["receivers"].false_lit_count
+
+
+@pytest.mark.parametrize("height", [0.02, 0.5])
+def test_the_plane_is_the_one_that_most_light_falls_on(height):
+    """A low sun lights the wall of a floor and a wall, though the floor has more pixels."""
+    floor = [(-5, 0, -5), (5, 0, -5), (5, 0, 5), (-5, 0, 5)]
+    wall = [(-5, 0, -5), (5, 0, -5), (5, 4, -5), (-5, 4, -5)]
+    faces = [(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7)]
+    scene = lx.Scene(np.array(floor + wall, float), np.array(faces))
+    camera = lx.Camera.look_at((0, 3, 8), (0, 1, -5), yfov=1.0, width=160, height=120)
+    frame = lx.render(scene, camera, lx.DirectionalLight((0, -height, -1)), lx.PlaneOptimal())
+    plane = wall if height == 0.02 else floor
+    points = np.mean([np.roll(plane, k, axis=0) for k in (0, 0, 1)], axis=0)
+    points = points[(camera.project(points)[:, :2] > 0).all(axis=1)]
+    # Even: w is the depth in the image, so that it takes texels to pixels by the same matrix.
+    w = np.concatenate([points, np.ones((len(points), 1))], 1) @ frame.light_matrix[0][3]
+    depth = (points - camera.eye) @ -camera.pose[:3, 2]
+    np.testing.assert_allclose(w / depth, w[0] / depth[0], rtol=1e-6)
+
+
 def test_the_optimizer_lowers_h_and_the_simplex_lowers_it_further(objects):
     for direction in [(0.3, -1, 0.2), (-0.9, -0.3, 0.1), (0.1, -0.15, -1), (0.0, -0.2, -1)]:
         light = lx.DirectionalLight(direction)
