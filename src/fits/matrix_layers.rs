@@ -275,7 +275,7 @@ mod tests {
     use crate::fits::lispsm::light_space_perspective;
     use crate::fits::plane_optimal::{dominant_plane, plane_optimal};
     use crate::fits::psm::perspective;
-    use crate::fits::samples::SurfaceInLight;
+    use crate::fits::samples::Surface;
     use crate::fits::source::Source;
     use crate::fits::trapezoid::{FocusRule, trapezoidal};
     use glam::DMat4;
@@ -397,20 +397,20 @@ mod tests {
         }
     }
 
-    fn surface(point: DVec3, normal: DVec3, share: f64) -> SurfaceInLight {
-        SurfaceInLight {
+    fn surface(point: DVec3, normal: DVec3, weight: f64) -> Surface {
+        Surface {
             point,
             normal,
-            share,
+            weight,
         }
     }
 
     #[test]
-    fn the_plane_of_most_light_is_found() {
+    fn the_plane_of_most_weight_is_found() {
         // A wall with a third of the floor's points.
-        for (floor_share, expected) in [(1.0, DVec3::Y), (0.5, DVec3::Y), (0.1, DVec3::Z)] {
+        for (floor_weight, expected) in [(1.0, DVec3::Y), (0.5, DVec3::Y), (0.1, DVec3::Z)] {
             let points = floor(&camera()).into_iter();
-            let mut surfaces: Vec<_> = points.map(|p| surface(p, DVec3::Y, floor_share)).collect();
+            let mut surfaces: Vec<_> = points.map(|p| surface(p, DVec3::Y, floor_weight)).collect();
             for i in 0..surfaces.len() / 3 {
                 let point = DVec3::new(i as f64 * 0.01, 3.0, -4.0);
                 surfaces.insert(i * 2, surface(point, DVec3::Z, 1.0));

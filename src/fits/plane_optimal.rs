@@ -14,7 +14,7 @@ use super::light_rays::RayBundle;
 use super::matrix_layers::{Extent, Part, Target, matrix_layers, parts_of_target};
 use super::psm::from_rows;
 use super::receivers::ReceiverQueries;
-use super::samples::SurfaceInLight;
+use super::samples::Surface;
 use super::subject::Subject;
 use crate::camera::Camera;
 use crate::error::Result;
@@ -37,9 +37,8 @@ impl Plane {
     }
 }
 
-/// The plane that most light falls on. One that the sun sees edge-on may have most of the pixels, but no map that is
-/// even on it has room for anything else.
-pub fn dominant_plane(surfaces: &[SurfaceInLight]) -> Option<Plane> {
+/// The plane in which the surfaces have most weight.
+pub fn dominant_plane(surfaces: &[Surface]) -> Option<Plane> {
     let step = surfaces.len().div_ceil(CANDIDATES).max(1);
     let (low, high) = bounds_of(surfaces.iter().map(|surface| surface.point));
     let tolerance = 1e-3 * (high - low).length();
@@ -49,10 +48,10 @@ pub fn dominant_plane(surfaces: &[SurfaceInLight]) -> Option<Plane> {
             function: normal.extend(-normal.dot(candidate.point)),
             tolerance,
         };
-        let agrees = |surface: &&SurfaceInLight| {
+        let agrees = |surface: &&Surface| {
             surface.normal.dot(normal).abs() > 0.999 && plane.holds(surface.point)
         };
-        let light: f64 = surfaces.iter().filter(agrees).map(|s| s.share).sum();
+        let light: f64 = surfaces.iter().filter(agrees).map(|s| s.weight).sum();
         (light, plane)
     });
     // The first of those with most votes.

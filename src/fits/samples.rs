@@ -9,13 +9,12 @@ use glam::DVec3;
 /// Second difference of one over the depth, as a share of it, that still is smooth.
 const MAX_BEND: f64 = 0.02;
 
-/// Where a sample meets a surface that faces the light.
+/// A surface where a sample meets it.
 #[derive(Debug, Clone, Copy)]
-pub struct SurfaceInLight {
+pub struct Surface {
     pub point: DVec3,
     pub normal: DVec3,
-    /// Of the light that it would have, were it turned to the light: the cosine of the angle between them.
-    pub share: f64,
+    pub weight: f64,
 }
 
 /// Some pixels of the image, seen by the CPU: rows of a coarse camera's image.
@@ -53,15 +52,29 @@ impl SampledReceivers {
         }
     }
 
-    /// Those that the light could reach, as pieces of surface.
-    pub fn surfaces_in_light(&self, light: &Light) -> Vec<SurfaceInLight> {
-        let facing = self.facing_the_light().into_iter();
-        let surface = |i: usize| SurfaceInLight {
-            point: self.points[i],
-            normal: self.normals[i],
-            share: self.normals[i].dot(light.vector_from_point(self.points[i]).normalize()),
+    /// Pieces of the surfaces that are seen, each of the same weight.
+    pub fn seen_surfaces(&self) -> Vec<Surface> {
+        let samples = self.points.iter().zip(&self.normals);
+        let seen = samples.filter(|(point, _)| !point.is_nan());
+        let surface = |(&point, &normal): (&DVec3, &DVec3)| Surface {
+            point,
+            normal,
+            weight: 1.0,
         };
-        facing.map(surface).collect()
+        seen.map(surface).collect()
+    }
+
+    /// Of those that the light could reach, by how much of it falls on them: the cosine of the angle to it.
+    pub fn lit_surfaces(&self, light: &Light) -> Vec<Surface> {
+        let surface = |i: usize| {
+            let (point, normal) = (self.points[i], self.normals[i]);
+            Surface {
+                point,
+                normal,
+                weight: normal.dot(light.vector_from_point(point).normalize()),
+            }
+        };
+        self.facing_the_light().into_iter().map(surface).collect()
     }
 
     /// Indices of the samples that the light could reach.

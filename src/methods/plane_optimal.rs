@@ -1,4 +1,4 @@
-//! Plane optimal: on the plane that most light falls on, each texel is a pixel.
+//! Plane optimal: on one plane, that of most light, each texel is a pixel.
 //!
 //! A point's place in the map is where its shadow on the plane is in the image.
 //!
@@ -9,9 +9,10 @@
 //!
 //! Limits: off the plane texels may be of any size. What the light moves to before the nearest point of the plane that is
 //! seen, or behind the camera, has no place in such a map: it has a focused map of its own with `fit="receivers"`, and
-//! counts as lit with `fit="frustum"`, as published.
+//! counts as lit with `fit="frustum"`, as published, where the plane is that of most pixels.
 
 use super::prelude::*;
+use crate::fits::matrix_layers::Extent;
 use crate::fits::plane_optimal::{dominant_plane, plane_layers};
 
 parameters! {
@@ -38,7 +39,13 @@ impl PlaneOptimal {
     pub fn fit(&self, view: &mut dyn ReceiverQueries<'_>, size: MapSize) -> Result<Vec<Layer>> {
         let (light, target) = (view.setting().light, self.fitting.target(size));
         let samples = view.samples(target.sample_resolution)?;
-        match dominant_plane(&samples.surfaces_in_light(light)) {
+        let surfaces = match target.extent {
+            // One that the sun sees edge-on may have most of the pixels, but a map that is even on it has no room for
+            // anything else.
+            Extent::Receivers => samples.lit_surfaces(light),
+            Extent::Frustum => samples.seen_surfaces(),
+        };
+        match dominant_plane(&surfaces) {
             None => Ok(vec![]),
             Some(plane) => plane_layers(view, target, plane),
         }

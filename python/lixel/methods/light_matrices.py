@@ -33,7 +33,8 @@ class LightMatrixMethod(ShadowMapMethod):
         What the map must hold: the receivers that face the light, found from samples of the image,
         or the part of the scene's box that is in the camera's frustum. What is off the map is lit.
     sample_resolution : int
-        Samples along the longer side of the image, for ``fit="receivers"``.
+        Samples along the longer side of the image, for ``fit="receivers"``; an image that is narrower
+        than 16 to 9 has no fewer samples than that one.
     margin : float
         The share of its size by which the map is widened, from 0 to 1, because a receiver between
         the samples may lie outside.
@@ -251,7 +252,8 @@ class PlaneOptimal(LightMatrixMethod):
 
     with C the camera's projective map and L the light, homogeneous.
 
-    Of the planes that are seen, it is the one that most light falls on.
+    Of the planes that are seen, it is the one that most light falls on; with ``fit="frustum"`` the
+    one that has most pixels.
 
     Limits: off the plane texels may have any size. A point has no place in the map where its shadow
     on the plane lies behind the camera, or before what is seen of the plane. Such points have a
@@ -313,7 +315,8 @@ class SceneOptimized(ShadowMapMethod):
         ``"paper"``: three steps along the negative gradient, each the best of nine angles.
         ``"simplex"``: a downhill simplex from there, which finds a lower h and takes longer.
     sample_resolution : int
-        Samples along the longer side of the image.
+        Samples along the longer side of the image; an image that is narrower than 16 to 9 has no
+        fewer samples than that one.
     margin : float
         The share of its size by which the map is widened, from 0 to 1, because a receiver between
         the samples may lie outside.

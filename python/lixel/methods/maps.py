@@ -142,7 +142,8 @@ class Cascades(BoxMethod, RotatedMethod):
         scene. A slab without receivers has no map in either case. Where a corner is behind a light
         with a position, the map is the whole cone's.
     sample_resolution : int
-        Samples of the receivers along the longer side of the image.
+        Samples of the receivers along the longer side of the image; an image that is narrower than
+        16 to 9 has no fewer samples than that one.
     snap : bool
         Texel snapping, see `BoxMethod`, of every layer; slabs that the receivers bound end at
         powers of the fourth root of 2, in units of the world.

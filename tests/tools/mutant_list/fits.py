@@ -18,6 +18,8 @@ TRAPEZOIDS = ("cargo", "--lib", "fits::trapezoid")
 SHAPES = ("cargo", "--lib", "map_size")
 RECTANGLES = ("cargo", "--lib", "fits::hull")
 STEPS = ("cargo", "--lib", "samples")
+PLANES = ("cargo", "--lib", "fits::matrix_layers")
+OFF_PLANE = ("pytest", "tests/test_light_matrices.py", "-k", "map_of_their_own")
 LAID = ("pytest", "tests/test_map_shapes.py", "-k", "lies_along")
 
 LOG = "src/fits/log_perspective.rs"
@@ -28,9 +30,27 @@ ROTATION = "src/fits/rotation.rs"
 ZOOM = "src/fits/improved_paraboloid.rs"
 SPLITS = "src/fits/cascades.rs"
 CHOSEN = "src/fits/scene_optimized.rs"
+PLANE = "src/fits/plane_optimal.rs"
 GIVEN = "src/fits/given.rs"
 
 MUTANTS = (
+    Mutant(
+        "planes", "every point has as much of a vote, however it is lit", PLANE,
+        "filter(agrees).map(|s| s.weight).sum()", "filter(agrees).map(|_| 1.0).sum()", PLANES,
+    ),
+    Mutant(
+        "planes", "what has no place on the plane has no map", PLANE,
+        "[Some(held), Some(others)] => vec![held, others]",
+        "[Some(held), Some(_)] => vec![held]", OFF_PLANE,
+    ),
+    Mutant(
+        "planes", "both maps are for the same side", PLANE,
+        "(false, border.opposite())", "(false, border)", OFF_PLANE,
+    ),
+    Mutant(
+        "samples", "a narrow image has few", "src/fits/samples.rs",
+        "width.max(height).min(side_of_wide)", "width.max(height)", STEPS,
+    ),
     Mutant(
         "shapes", "a wide box lies along the fewer texels of a high map", "src/map_size.rs",
         "Ordering::Less => sides.x > sides.y", "Ordering::Less => false", SHAPES,
