@@ -280,7 +280,10 @@ fn render_together(
     // grows after the visibility buffer's did, and some more where triangles are split.
     for _ in 0..8 {
         match try_render(device_scene, scene, camera, lights, method, outputs) {
-            Ok(Some(rendered)) => return Ok(rendered),
+            Ok(Some(rendered)) => {
+                gpu.save_pipelines();
+                return Ok(rendered);
+            }
             Ok(None) => device_scene.visibility = None,
             Err(error) => {
                 if matches!(error, Error::Device(_)) {

@@ -81,7 +81,7 @@ def test_receivers_without_a_place_on_the_plane_have_a_map_of_their_own():
     view = (
         scene,
         scene.cameras["default"].resized(240, 135),
-        lx.DirectionalLight((0.5, -0.3, 0.4)),
+        lx.DirectionalLight((0.05, -0.15, 1.0)),
     )
     truth = lx.reference(*view)
     frames = {
@@ -92,8 +92,8 @@ def test_receivers_without_a_place_on_the_plane_have_a_map_of_their_own():
     assert len(frames["frustum"].light_matrix) == 1
     wrong = {fit: lx.compare(frame, truth) for fit, frame in frames.items()}
     focused = lx.compare(lx.render(*view, lx.Focused(resolution=512)), truth)
-    assert wrong["receivers"].misclassified_count < focused.misclassified_count
-    assert wrong["frustum"].false_lit_count > wrong["receivers"].false_lit_count
+    assert wrong["receivers"].misclassified_count < 1.5 * focused.misclassified_count
+    assert wrong["frustum"].false_lit_count > 4 * wrong["receivers"].false_lit_count
 
 
 @pytest.mark.parametrize("height", [0.02, 0.5])

@@ -21,7 +21,8 @@ pub(super) const ATOMICS_OF_64_BITS: Features =
 const USED_FEATURES: Features = ATOMICS_OF_64_BITS
     .union(Features::TIMESTAMP_QUERY)
     .union(Features::MAPPABLE_PRIMARY_BUFFERS)
-    .union(Features::EXPERIMENTAL_RAY_QUERY);
+    .union(Features::EXPERIMENTAL_RAY_QUERY)
+    .union(Features::PIPELINE_CACHE);
 
 const HOW_TO_INSTALL: &str = "install a Vulkan driver: that of your GPU, or, without a GPU, lavapipe \
      (Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";

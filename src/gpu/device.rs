@@ -5,12 +5,14 @@ use super::adapters::{
     used_features,
 };
 use super::bind_groups::BindGroups;
+use super::pipeline_cache::{self, PipelineCache};
 use super::pool::Pool;
 use super::shaders::Shader;
 use crate::error::{Error, Result};
 use crate::lock::lock;
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
 use wgpu::{DeviceType, Features};
@@ -29,6 +31,7 @@ pub struct Gpu {
     times_by_clock: AtomicBool,
     pipelines: Mutex<FxHashMap<PipelineKey, (wgpu::ComputePipeline, wgpu::BindGroupLayout)>>,
     render_pipelines: Mutex<FxHashMap<PipelineKey, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>>,
+    pipeline_cache: Option<PipelineCache>,
     /// Of frames before, which are done with them.
     query_sets: Mutex<Vec<wgpu::QuerySet>>,
     /// Of the frame that ended last.
@@ -149,6 +152,9 @@ impl Gpu {
             lock(&why_lost).get_or_insert_with(|| format!("{reason:?}: {message}"));
         });
         let pool = Arc::new(Pool::new(&device, &limits, &description.name));
+        let folder = pipeline_cache::folder();
+        let open = |folder: PathBuf| PipelineCache::open(&device, &adapter.get_info(), &folder);
+        let pipeline_cache = folder.and_then(open);
         Ok(Self {
             device,
             queue,
@@ -160,6 +166,7 @@ impl Gpu {
             times_by_clock: AtomicBool::new(false),
             pipelines: Mutex::default(),
             render_pipelines: Mutex::default(),
+            pipeline_cache,
             query_sets: Mutex::default(),
             bind_groups: Mutex::default(),
             pool,
@@ -427,11 +434,11 @@ impl Gpu {
                     })],
                 }),
                 multiview_mask: None,
-                cache: None,
+                cache: self.cache_that_grows(),
             })
     }
 
-    fn compile(
+    pub(super) fn compile(
         &self,
         shader: Shader,
         entry_point: &str,
@@ -448,8 +455,21 @@ impl Gpu {
                     constants,
                     zero_initialize_workgroup_memory: true,
                 },
-                cache: None,
+                cache: self.cache_that_grows(),
             })
+    }
+
+    fn cache_that_grows(&self) -> Option<&wgpu::PipelineCache> {
+        let known = self.pipeline_cache.as_ref()?;
+        known.grew();
+        Some(&known.cache)
+    }
+
+    /// Keeps what was compiled for the next process.
+    pub fn save_pipelines(&self) {
+        if let Some(cache) = &self.pipeline_cache {
+            cache.save();
+        }
     }
 
     fn module(&self, shader: Shader) -> wgpu::ShaderModule {

@@ -8,6 +8,7 @@ mod gathering;
 pub mod kernel;
 mod mask_tables;
 pub mod passes;
+mod pipeline_cache;
 pub mod pool;
 pub mod projection_uniform;
 pub mod recording;

@@ -223,8 +223,8 @@ LIMITS: tuple[Limit, ...] = (
     Limit(
         ("huge floor, 10^6 objects wide, directional light",),
         ("plane_optimal",),
-        "The shaders' float32 loses the shadow of an object on a floor a million times as wide; one "
-        "pixel of it is farther from its edges than the texels reach.",
+        "The shaders' float32 loses the shadow of an object on a floor a million times as wide; "
+        "one pixel of it is farther from its edges than the texels reach.",
         ("gpu",),
     ),
 )

@@ -33,8 +33,8 @@ class LightMatrixMethod(ShadowMapMethod):
         What the map must hold: the receivers that face the light, found from samples of the image,
         or the part of the scene's box that is in the camera's frustum. What is off the map is lit.
     sample_resolution : int
-        Samples along the longer side of the image, for ``fit="receivers"``; an image that is narrower
-        than 16 to 9 has no fewer samples than that one.
+        Samples along the longer side of the image, for ``fit="receivers"``; an image that is
+        narrower than 16 to 9 has no fewer samples than that one.
     margin : float
         The share of its size by which the map is widened, from 0 to 1, because a receiver between
         the samples may lie outside.

@@ -99,8 +99,8 @@ MUTANTS = (
     ),
     Mutant(
         "CPU engine", "what is before the near plane is seen", CPU_VIEW,
-        "is_inside && far < nearness && nearness < near;",
-        "is_inside && far < nearness;", SEEN,
+        "let is_met = far < nearness && nearness < near;",
+        "let is_met = far < nearness;", SEEN,
     ),
     Mutant(
         "CPU engine", "a corner behind the eye is beyond a side of the view", CPU_VIEW,
