@@ -6,11 +6,10 @@ use glam::{DVec2, DVec3};
 
 /// The part of a convex polygon in a half space (Sutherland and Hodgman, 1974).
 fn clip(polygon: &[DVec3], half: &HalfSpace) -> Vec<DVec3> {
-    let height = |point: DVec3| half.normal.dot(point - half.origin);
     let mut inside = Vec::new();
     for (i, &a) in polygon.iter().enumerate() {
         let b = polygon[(i + 1) % polygon.len()];
-        let (above_a, above_b) = (height(a), height(b));
+        let (above_a, above_b) = (half.height(a), half.height(b));
         if above_a >= 0.0 {
             inside.push(a);
         }

@@ -25,6 +25,11 @@ impl HalfSpace {
         origin.is_finite().then_some(Self { origin, normal })
     }
 
+    /// Of a point above its border, in lengths of the normal; not negative inside.
+    pub fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point - self.origin)
+    }
+
     /// The other side of its border.
     pub fn opposite(self) -> Self {
         Self {
@@ -53,9 +58,7 @@ impl Region {
     }
 
     pub fn contains(&self, point: DVec3) -> bool {
-        self.0
-            .iter()
-            .all(|half| half.normal.dot(point - half.origin) >= 0.0)
+        self.0.iter().all(|half| half.height(point) >= 0.0)
     }
 
     /// The part of it that is in a half-space, too.
@@ -74,7 +77,7 @@ impl Region {
     pub fn planes(&self, eye: DVec3, slack: f64) -> [[f32; 4]; MAX_HALF_SPACES] {
         std::array::from_fn(|i| {
             self.0.get(i).map_or([0.0; 4], |half| {
-                let offset = half.normal.dot(eye - half.origin) + slack;
+                let offset = half.height(eye) + slack;
                 let plane: DVec4 = half.normal.extend(offset);
                 plane.as_vec4().to_array()
             })

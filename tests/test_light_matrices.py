@@ -98,7 +98,7 @@ def test_receivers_without_a_place_on_the_plane_have_a_map_of_their_own():
 
 @pytest.mark.parametrize("height", [0.02, 0.5])
 def test_the_plane_is_the_one_that_most_light_falls_on(height):
-    """A low sun lights the wall of a floor and a wall, though the floor has more pixels."""
+    """A low sun lights the wall more than the floor, which has more pixels."""
     floor = [(-5, 0, -5), (5, 0, -5), (5, 0, 5), (-5, 0, 5)]
     wall = [(-5, 0, -5), (5, 0, -5), (5, 4, -5), (-5, 4, -5)]
     faces = [(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7)]
@@ -107,7 +107,6 @@ def test_the_plane_is_the_one_that_most_light_falls_on(height):
     frame = lx.render(scene, camera, lx.DirectionalLight((0, -height, -1)), lx.PlaneOptimal())
     plane = wall if height == 0.02 else floor
     points = np.mean([np.roll(plane, k, axis=0) for k in (0, 0, 1)], axis=0)
-    points = points[(camera.project(points)[:, :2] > 0).all(axis=1)]
     # Even: w is the depth in the image, so that it takes texels to pixels by the same matrix.
     w = np.concatenate([points, np.ones((len(points), 1))], 1) @ frame.light_matrix[0][3]
     depth = (points - camera.eye) @ -camera.pose[:3, 2]

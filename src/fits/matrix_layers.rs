@@ -14,7 +14,7 @@ use crate::frustum::visible_part;
 use crate::geometry::bounds_of;
 use crate::map_size::MapSize;
 use crate::projection::{Homography, Perspective, Projection};
-use crate::region::Region;
+use crate::region::{HalfSpace, Region};
 use crate::rounding::BOX_ROUNDING;
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
@@ -53,13 +53,14 @@ impl Part {
         }
     }
 
-    /// The part of some of its samples; `None` of none.
-    pub fn chosen(&self, is_chosen: impl Fn(&DVec3) -> bool) -> Option<Self> {
+    /// What of it is in a half-space; `None` without a sample.
+    pub fn within(&self, half: HalfSpace) -> Option<Self> {
         let points = self.subject.points.iter().zip(&self.samples);
-        let (points, samples) = points.filter(|(point, _)| is_chosen(point)).unzip();
+        let inside = points.filter(|(point, _)| half.height(**point) >= 0.0);
+        let (points, samples) = inside.unzip();
         Some(Self {
             subject: self.subject.with_points(points)?,
-            region: self.region.clone(),
+            region: self.region.with(half),
             samples,
         })
     }

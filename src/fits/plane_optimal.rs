@@ -105,32 +105,18 @@ pub fn plane_optimal(
 
 /// Points that have a place in a map that is even on the plane, and the others, where there are any.
 fn split_by_place(part: Part, camera: &Camera, plane: Plane) -> Vec<Part> {
-    let Some((row, border)) = border_of_places(&part.subject, camera, plane) else {
+    let Some(border) = border_of_places(&part.subject, camera, plane) else {
         return vec![part];
     };
-    let rays = &part.subject.rays;
-    let is_held = |point: &DVec3| row.dot(rays.ray_from_point(*point)) >= 0.0;
-    let sides = [(true, border), (false, border.opposite())];
-    let parts = sides.map(|(held, side)| {
-        part.chosen(|point| is_held(point) == held)
-            .map(|chosen| Part {
-                region: part.region.with(side),
-                ..chosen
-            })
-    });
-    match parts {
+    match [border, border.opposite()].map(|side| part.within(side)) {
         [Some(held), Some(others)] => vec![held, others],
         _ => vec![part],
     }
 }
 
 /// Where the depth of a point's shadow on the plane is that of the nearest point that is in the plane, nearly: what is
-/// nearer would be as large as all that the map is for. A row over rays, and the same in the world.
-fn border_of_places(
-    subject: &Subject,
-    camera: &Camera,
-    plane: Plane,
-) -> Option<(DVec3, HalfSpace)> {
+/// nearer would be as large as all that the map is for.
+fn border_of_places(subject: &Subject, camera: &Camera, plane: Plane) -> Option<HalfSpace> {
     let map = even_map(&subject.rays, camera, plane)?;
     let depth = |point: &DVec3| {
         let ray = subject.rays.ray_from_point(*point);
@@ -143,7 +129,7 @@ fn border_of_places(
     let least = (0.5 * nearest).max(farthest / MAX_DEPTHS);
     let row = map.w - least * DVec3::Z;
     let [function, ..] = subject.rays.world_rows([row; 3]);
-    HalfSpace::of_function(function).map(|border| (row, border))
+    HalfSpace::of_function(function)
 }
 
 /// The map before it is focused: its depths are those of the shadows on the plane.

@@ -14,7 +14,7 @@ pub struct PipelineCache {
     file: PathBuf,
     /// Whether a pipeline was compiled that the file may not have.
     is_new: AtomicBool,
-    /// One process writes at a time in its own name.
+    /// Threads of a process write one after the other, to a file of its own.
     writes: Mutex<()>,
 }
 

@@ -61,7 +61,7 @@ impl ImageRead {
     }
 }
 
-/// On several threads, since the image may be larger than what was read.
+/// On several threads: four times as many bytes are written as were read.
 fn unpacked(words: &[u32], pixels: usize) -> Vec<f32> {
     let bytes: &[u8] = bytemuck::cast_slice(words);
     let blocks = bytes.par_chunks(BLOCK).with_min_len(BLOCKS_OF_THREAD);

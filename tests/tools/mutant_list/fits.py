@@ -45,7 +45,7 @@ MUTANTS = (
     ),
     Mutant(
         "planes", "both maps are for the same side", PLANE,
-        "(false, border.opposite())", "(false, border)", OFF_PLANE,
+        "[border, border.opposite()]", "[border, border]", OFF_PLANE,
     ),
     Mutant(
         "samples", "a narrow image has few", "src/fits/samples.rs",
